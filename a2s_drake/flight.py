@@ -1,0 +1,193 @@
+"""Flight: the log of one run of a diagram, and how it is flown, saved and loaded."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from time import perf_counter
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+from pydrake.systems.framework import Context, Diagram
+
+from a2s_drake.mpc.controller import SolverStatus
+from a2s_drake.scenario import Scenario
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class WallClock:
+    """How long a run took on the machine that flew it, s. Kept apart from the log, which must be reproducible.
+
+    Attributes:
+      step: each controller sample, shape (n,); the first includes the cold start.
+      total: the whole run.
+    """
+
+    step: FloatArray
+    total: float
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A run sampled at t_k = k T_s. Row k holds the state at t_k and the rotor speeds applied from t_k on.
+
+    Diagrams without a vehicle of their own (`link_only`) leave rotor speeds NaN and the solver fields at zero.
+    """
+
+    scenario: Scenario
+    time: FloatArray  # (n,) s
+    position: FloatArray  # (n, 3) m, W
+    attitude: FloatArray  # (n, 3) roll, pitch, yaw, rad
+    velocity: FloatArray  # (n, 3) m/s, W
+    angular_velocity: FloatArray  # (n, 3) rad/s, B
+    rotor_speed: FloatArray  # (n, 6) Hz
+    position_reference: FloatArray  # (n, 3) m, W
+    attitude_reference: FloatArray  # (n, 3) rad
+    ship_position: FloatArray  # (n, 3) m, W, at sea level
+    channel_gain: FloatArray  # (n,) |g|^2
+    snr_db: FloatArray  # (n,) dB
+    spectral_efficiency: FloatArray  # (n,) bit/s/Hz
+    phase_difference: FloatArray  # (n,) rad
+    solver_success: FloatArray  # (n,) 1 where the problem as posed was solved, else 0
+    solver_iterations: FloatArray  # (n,)
+    solver_fallback: FloatArray  # (n,) see a2s_drake.mpc.planner.Fallback
+    wall_clock: WallClock | None = field(default=None, compare=False)  # of this run; never saved
+
+    @property
+    def has_rotors(self) -> bool:
+        """Whether a vehicle with rotors and a controller flew, rather than an ideal one."""
+        return bool(np.isfinite(self.rotor_speed).any())
+
+    def save(self, folder: Path) -> None:
+        """Writes `scenario.yaml` and `flight.npz` into a folder, which is made where it is missing."""
+        folder.mkdir(parents=True, exist_ok=True)
+        # Written aside and moved into place, so that an interrupt leaves either the old file or the new one.
+        part = folder / "scenario.yaml.part"
+        self.scenario.save(part)
+        part.replace(folder / "scenario.yaml")
+        part = folder / "flight.part.npz"
+        np.savez_compressed(part, allow_pickle=False, **{name: getattr(self, name) for name in array_names()})
+        part.replace(folder / "flight.npz")
+
+    @classmethod
+    def load(cls, folder: Path) -> Self:
+        """Reads what `save` wrote.
+
+        Raises:
+          OSError: when a file is missing; ValueError or KeyError: when one is damaged.
+        """
+        scenario = Scenario.from_yaml(
+            (folder / "scenario.yaml").read_text(encoding="utf-8"), source=str(folder / "scenario.yaml")
+        )
+        with np.load(folder / "flight.npz") as archive:
+            return cls(scenario, **{name: archive[name] for name in array_names()})
+
+
+def array_names() -> list[str]:
+    """The names of the arrays of a `Flight`, in order."""
+    return [entry.name for entry in fields(Flight) if entry.name not in ("scenario", "wall_clock")]
+
+
+class FlightEnded(RuntimeError):
+    """A flight that ended before its time. `flight` holds what was logged until then."""
+
+    def __init__(self, message: str, flight: Flight) -> None:
+        super().__init__(message)
+        self.flight = flight
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Both arguments travel, so that it can leave a worker process."""
+        return type(self), (str(self), self.flight)
+
+
+class FlightInterrupted(FlightEnded):
+    """A flight that its user interrupted."""
+
+
+def run_flight(diagram: Diagram, scenario: Scenario, progress: Callable[[int], Any] | None = None) -> Flight:
+    """Simulates a diagram over a scenario's duration and logs the ports that it exports.
+
+    Args:
+      diagram: one of `diagrams.BUILDERS`, built for this scenario, or one of the user's with the same exported ports.
+      progress: called with 1 after each sample.
+    Raises:
+      FlightEnded: when the vehicle's state is no longer finite; names the time and the quantity.
+      FlightInterrupted: on KeyboardInterrupt.
+    """
+    simulator = Simulator(diagram)
+    config = SimulatorConfig(
+        integration_scheme=scenario.simulation.integrator,
+        max_step_size=scenario.simulation.max_step_size,
+        use_error_control=False,
+    )
+    ApplySimulatorConfig(config, simulator)
+    context = simulator.get_context()
+    rows: list[dict[str, Any]] = []
+    begin = perf_counter()
+
+    def log() -> Flight:
+        return _assemble(scenario, rows, perf_counter() - begin)
+
+    try:
+        for time in scenario.sample_times():
+            _advance(simulator, context, float(time), log)
+            start = perf_counter()
+            if time == 0.0:
+                simulator.Initialize()
+            # The updates due at t_k happen now, so that row k holds the input applied from t_k on.
+            simulator.AdvancePendingEvents()
+            step = perf_counter() - start
+            rows.append(_sample(diagram, context) | {"time": time, "step": step})
+            if progress is not None:
+                progress(1)
+    except KeyboardInterrupt:
+        raise FlightInterrupted(f"interrupted at t = {context.get_time():.2f} s", log()) from None
+    return log()
+
+
+def _advance(simulator: Simulator, context: Context, time: float, log: Callable[[], Flight]) -> None:
+    """Integrates up to an instant, short of the updates due there, and checks what came out."""
+    error: RuntimeError | None = None
+    if time > 0.0:
+        try:
+            simulator.AdvanceTo(time)
+        except RuntimeError as caught:
+            error = caught
+    state = context.get_continuous_state_vector().CopyToVector()
+    if not np.isfinite(state).all():
+        broken = "position or attitude" if not np.isfinite(state[:7]).all() else "velocity"
+        message = f"t = {context.get_time():.3f} s: the vehicle's {broken} is not finite; the flight ends here"
+        raise FlightEnded(message, log()) from error
+    if error is not None:
+        raise error
+
+
+def _sample(diagram: Diagram, context: Context) -> dict[str, Any]:
+    """The exported ports of a diagram, as one row of the log; the rotor speed and solver ports may be missing."""
+
+    def read(name: str) -> FloatArray:
+        return np.array(diagram.GetOutputPort(name).Eval(context))
+
+    state = read("vehicle_state")
+    row: dict[str, Any] = dict(
+        zip(("position", "attitude", "velocity", "angular_velocity"), np.split(state, 4), strict=True)
+    )
+    for name in ("position_reference", "attitude_reference", "ship_position"):
+        row[name] = read(name)
+    for name in ("channel_gain", "snr_db", "spectral_efficiency", "phase_difference"):
+        row[name] = read(name)[0]
+    has_mpc = diagram.HasOutputPort("solver_status")
+    row["rotor_speed"] = np.sqrt(read("rotor_speed_squared")) if has_mpc else np.full(6, np.nan)
+    status = SolverStatus(read("solver_status") if has_mpc else np.zeros(4))
+    row["solver_success"], row["solver_iterations"] = status.success, status.iterations
+    row["solver_fallback"] = status.fallback
+    return row
+
+
+def _assemble(scenario: Scenario, rows: list[dict[str, Any]], total: float) -> Flight:
+    columns = {name: np.array([row[name] for row in rows]) for name in array_names()}
+    clock = WallClock(np.array([row["step"] for row in rows]), total)
+    return Flight(scenario, **columns, wall_clock=clock)

@@ -1,0 +1,1 @@
+"""Model predictive control: prediction model, mathematical program, solvers, decision with fallbacks, block."""

@@ -1,0 +1,63 @@
+"""What the MPC decides (a plan) and what it is asked to follow (a reference)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from a2s_drake.mpc.model import ATTITUDE, NUM_STATES, POSITION, RATE, VELOCITY, RigidBodyModel
+from a2s_drake.parameters import Mpc
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Previewed targets at now, now + T_s, ...: position (m, W) and attitude (rad), each of shape (N+1, 3)."""
+
+    position: FloatArray
+    attitude: FloatArray
+
+    def is_finite(self) -> bool:
+        """Whether every number is one."""
+        return bool(np.isfinite(self.position).all() and np.isfinite(self.attitude).all())
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Predicted states x_0..x_N, shape (N+1, 12), and inputs u_0..u_{N-1}, Hz^2, shape (N, 6)."""
+
+    state: FloatArray
+    input: FloatArray
+
+    def is_finite(self) -> bool:
+        """Whether every number is one."""
+        return bool(np.isfinite(self.state).all() and np.isfinite(self.input).all())
+
+    def shifted(self, model: RigidBodyModel, period: float) -> "Plan":
+        """The same plan one period later, its last input held for one more period."""
+        last = self.input[-1]
+        end = model.step(self.state[-1], last, period)
+        return Plan(np.vstack([self.state[1:], end]), np.vstack([self.input[1:], last]))
+
+
+def hold(x: FloatArray, u: FloatArray, horizon: int, model: RigidBodyModel, period: float) -> Plan:
+    """The plan that holds input `u` (6,) from state `x` (12,), with the states that follow."""
+    inputs = np.tile(u, (horizon, 1))
+    return Plan(model.rollout(x, inputs, period), inputs)
+
+
+def state_weights(mpc: Mpc) -> FloatArray:
+    """Diagonal of the stage weight on the state, shape (12,)."""
+    weights = np.empty(NUM_STATES)
+    weights[POSITION], weights[ATTITUDE] = mpc.position_weight, mpc.attitude_weight
+    weights[VELOCITY], weights[RATE] = mpc.velocity_weight, mpc.angular_velocity_weight
+    return weights
+
+
+def tracking_cost(plan: Plan, reference: Reference, mpc: Mpc) -> float:
+    """The cost J of a plan: sum of squared weighted deviations, terminal term included (section IV of the paper)."""
+    error = plan.state.copy()
+    error[:, POSITION] -= reference.position
+    error[:, ATTITUDE] -= reference.attitude
+    return float((error**2 @ state_weights(mpc)).sum() + mpc.input_weight * (plan.input**2).sum())

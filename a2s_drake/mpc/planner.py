@@ -1,0 +1,107 @@
+"""One decision of the MPC: solve, and where that fails still answer with an input that the rotors can take."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from a2s_drake.airframe import hover_input
+from a2s_drake.mpc.model import ATTITUDE, NUM_STATES, POSITION, RigidBodyModel
+from a2s_drake.mpc.plan import Plan, Reference, hold, tracking_cost
+from a2s_drake.mpc.program import input_bounds
+from a2s_drake.mpc.solve import SOLVERS, Solution, TrackingSolver, solve_to_convergence
+from a2s_drake.parameters import Airframe, Mpc
+
+FloatArray = NDArray[np.float64]
+
+
+class Fallback(IntEnum):
+    """Where an input came from: the problem as posed, or one of the stand-ins in the order they are tried."""
+
+    NONE = 0
+    SOFTENED = 1  # the same problem with the state bounds as penalties
+    SHIFTED_PLAN = 2  # the previous plan, one period on
+    HOVER = 3  # the rotor speeds that carry the level vehicle at rest
+
+
+@dataclass(frozen=True)
+class Decision:
+    """A plan whose inputs lie within the rotor bounds, and how it came about.
+
+    Attributes:
+      plan: finite; its first input is the one to apply.
+      fallback: NONE when the problem as posed was solved.
+      iterations: of the solver, over all attempts.
+      objective: the tracking cost J of the plan; for a plan made blind (state not finite), of that plan.
+    """
+
+    plan: Plan
+    fallback: Fallback
+    iterations: int
+    objective: float
+
+
+class Planner:
+    """Decides on a plan from a measured state, a reference and the previous plan.
+
+    It never raises on numbers, and never answers with NaN or with an input outside the rotor bounds.
+    """
+
+    def __init__(self, airframe: Airframe, mpc: Mpc, solver: TrackingSolver | None = None) -> None:
+        self.model = RigidBodyModel.of(airframe)
+        self._mpc = mpc
+        self._solver = solver or SOLVERS[mpc.solver](self.model, airframe, mpc)
+        self._input_bounds = input_bounds(airframe)
+        self._hover = np.clip(hover_input(airframe), *self._input_bounds)
+
+    def hover_plan(self, x0: FloatArray) -> Plan:
+        """Hover thrust held from a state (12,)."""
+        return hold(x0, self._hover, self._mpc.horizon, self.model, self._mpc.period)
+
+    def decide(self, x0: FloatArray, reference: Reference, previous: Plan | None) -> Decision:
+        """One sample's decision.
+
+        Args:
+          x0: measured state, shape (12,).
+          reference: targets from now on.
+          previous: the plan of one period ago; None for a cold start, which then iterates to convergence. A caller
+            passes None as well once a plan has been shifted to its end.
+        """
+        shifted = previous.shifted(self.model, self._mpc.period) if previous is not None else None
+        if shifted is not None and not shifted.is_finite():
+            shifted = None
+        iterations = 0
+        if np.isfinite(x0).all() and reference.is_finite():
+            guess = shifted or self.hover_plan(x0)
+            for fallback in (Fallback.NONE, Fallback.SOFTENED):
+                cold = shifted is None and fallback is Fallback.NONE
+                solution = self._attempt(x0, reference, guess, cold=cold, soft=fallback is Fallback.SOFTENED)
+                iterations += solution.iterations
+                if solution.plan is not None and solution.plan.is_finite():
+                    return self._decision(solution.plan, fallback, iterations, reference)
+        if shifted is not None:
+            return self._decision(shifted, Fallback.SHIFTED_PLAN, iterations, reference)
+        return self._decision(self.hover_plan(_finite_start(x0)), Fallback.HOVER, iterations, reference)
+
+    def _attempt(self, x0: FloatArray, reference: Reference, guess: Plan, *, cold: bool, soft: bool) -> Solution:
+        try:
+            if cold:
+                return solve_to_convergence(self._solver, x0, reference, guess)
+            return self._solver.solve(x0, reference, guess, soft=soft)
+        except Exception:  # noqa: BLE001 - a solver of any make may raise anything; the vehicle must still fly
+            return Solution(None, 0)
+
+    def _decision(self, plan: Plan, fallback: Fallback, iterations: int, reference: Reference) -> Decision:
+        plan = Plan(plan.state, np.clip(plan.input, *self._input_bounds))
+        objective = tracking_cost(plan, reference, self._mpc) if reference.is_finite() else 0.0
+        return Decision(plan, fallback, iterations, objective)
+
+
+def _finite_start(x0: FloatArray) -> FloatArray:
+    """A state to predict hover from: level and at rest, where the vehicle is as far as that is known."""
+    start = np.zeros(NUM_STATES)
+    for known in (POSITION, ATTITUDE):
+        if np.isfinite(x0[known]).all():
+            start[known] = x0[known]
+    return start

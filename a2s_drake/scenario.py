@@ -1,0 +1,216 @@
+"""Scenario: all that a flight hangs on, in one object that YAML holds, overrides change and `validate` checks."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any, Self, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data, yaml_load_typed
+
+from a2s_drake.airframe import hover_input
+from a2s_drake.attitude_law import affine_phase, nearest_fringe
+from a2s_drake.checks import ScenarioError, check_inertia, check_order, check_part, refuse
+from a2s_drake.parameters import Airframe, AttitudeLaw, Link, Mission, Mpc, Simulation
+from a2s_drake.paths import ship_position, uav_position, uav_velocity
+from a2s_drake.rotations import rotation_matrix
+
+FloatArray = NDArray[np.float64]
+
+# More samples than this in one flight is a slip of the keyboard: at 20 ms it is more than two days.
+_MAX_SAMPLES = 10_000_000
+
+_KINDS = {
+    float: "a number",
+    int: "a whole number",
+    str: "a word",
+    float | None: "a number or null",
+    list[float]: "a list of numbers",
+}
+
+
+@dataclass
+class Scenario:
+    """One flight: vehicle, link, mission, law, controller, simulation. The defaults are Table I (`paper`)."""
+
+    airframe: Airframe = field(default_factory=Airframe)
+    link: Link = field(default_factory=Link)
+    mission: Mission = field(default_factory=Mission)
+    attitude_law: AttitudeLaw = field(default_factory=AttitudeLaw)
+    mpc: Mpc = field(default_factory=Mpc)
+    simulation: Simulation = field(default_factory=Simulation)
+
+    @property
+    def duration(self) -> float:
+        """Length of the flight, s: `simulation.duration`, or the mission's where that is null."""
+        return self.mission.duration if self.simulation.duration is None else self.simulation.duration
+
+    def sample_times(self) -> FloatArray:
+        """The controller's sampling instants t_k = k T_s from 0 to the end of the flight, s, shape (n,)."""
+        return self._samples_until(self.duration)
+
+    def _samples_until(self, end: float) -> FloatArray:
+        # The tolerance keeps the last sample of a duration that is a multiple of T_s but for rounding.
+        count = int(end / self.mpc.period + 1e-9) + 1
+        return self.mpc.period * np.arange(count, dtype=np.float64)
+
+    @classmethod
+    def from_yaml(cls, text: str, *, name: str | None = None, source: str = "YAML") -> Self:
+        """A scenario from YAML; fields that the text leaves out keep their defaults. Does not validate.
+
+        Args:
+          text: a document that holds one scenario, or, with `name`, a map of scenarios by name.
+          source: what to call the text in errors.
+        Raises:
+          ScenarioError: when it is no YAML, or names an unknown scenario or field, or a value has the wrong type.
+        """
+        try:
+            document = yaml_load_data(text)
+        except Exception as error:  # The YAML library's errors share no base class that Drake exports.
+            raise ScenarioError(f"{source}: not YAML: {_one_line(error)}") from error
+        if name is not None:
+            if not isinstance(document, dict) or name not in document:
+                known = ", ".join(document) if isinstance(document, dict) else "none"
+                raise ScenarioError(f"{source}: no scenario named {name!r}; there are: {known}")
+            document = document[name]
+        scenario = cls()
+        for section, settings in _items(document or {}, source):
+            for key, value in _items(settings or {}, f"{source}: {section}"):
+                scenario = scenario.with_value(f"{section}.{key}", value)
+        return scenario
+
+    def to_yaml(self) -> str:
+        """Every field as YAML; `from_yaml` of it equals this scenario exactly."""
+        return str(yaml_dump_typed(self))
+
+    def save(self, path: Path) -> None:
+        """Writes `to_yaml` to a file."""
+        path.write_text(self.to_yaml(), encoding="utf-8")
+
+    def with_value(self, name: str, value: Any) -> Self:
+        """A copy with one field, named `section.field`, set to a value as YAML would hold it. Does not validate.
+
+        Raises:
+          ScenarioError: for an unknown field or a value of the wrong type.
+        """
+        section, _, key = name.partition(".")
+        sections = [entry.name for entry in fields(self)]
+        if section not in sections:
+            raise ScenarioError(f"{name}: no such section; there are: {', '.join(sections)}")
+        part = getattr(self, section)
+        kinds = get_type_hints(type(part))
+        if key not in kinds:
+            raise ScenarioError(f"{name}: no such field; {section} has: {', '.join(kinds)}")
+        try:
+            changed = yaml_load_typed(data=yaml_dump({key: value}), defaults=part)
+        except Exception as error:  # Drake's loader raises whatever the conversion of a value raises.
+            raise refuse(name, value, f"must be {_KINDS[kinds[key]]}") from error
+        return replace(self, **{section: changed})
+
+    def with_overrides(self, overrides: Iterable[str]) -> Self:
+        """A copy with fields set from texts `section.field=value`, the value in YAML. Does not validate.
+
+        Raises:
+          ScenarioError: for a text of another form, an unknown field or a value of the wrong type.
+        """
+        scenario = self
+        for text in overrides:
+            name, equals, value = text.partition("=")
+            if not equals:
+                raise ScenarioError(f"{text!r}: an override has the form section.field=value")
+            try:
+                parsed = yaml_load_data(value)
+            except Exception as error:
+                raise ScenarioError(f"{text!r}: the value is not YAML: {_one_line(error)}") from error
+            scenario = scenario.with_value(name.strip(), parsed)
+        return scenario
+
+    def validate(self) -> Self:
+        """Checks that this scenario can be flown; returns it, so that a call can be chained.
+
+        Raises:
+          ScenarioError: names the first field that stands in the way, its value and what is allowed.
+        """
+        for section in fields(self):
+            check_part(section.name, getattr(self, section.name))
+        check_inertia(self.airframe)
+        check_order("airframe", self.airframe, "rotor_speed_min", "rotor_speed_max")
+        check_order("attitude_law", self.attitude_law, "index_min", "index_max", strict=False)
+        check_order("mpc", self.mpc, "position_lower", "position_upper")
+        self._check_sampling()
+        self._check_hover()
+        self._check_altitude()
+        self._check_path()
+        if self.attitude_law.name != "level":
+            self._check_index_window()
+        return self
+
+    def _check_sampling(self) -> None:
+        period = self.mpc.period
+        if self.duration < period:
+            name = "mission.duration" if self.simulation.duration is None else "simulation.duration"
+            raise refuse(name, self.duration, f"must be at least one period, mpc.period = {period!r} s")
+        if max(self.duration, self.mission.duration) > _MAX_SAMPLES * period:
+            raise refuse("mpc.period", period, f"must give at most {_MAX_SAMPLES} samples over the flight's duration")
+
+    def _check_hover(self) -> None:
+        low, high = self.airframe.rotor_speed_min, self.airframe.rotor_speed_max
+        speed = float(np.sqrt(hover_input(self.airframe).max()))
+        if not low <= speed <= high:
+            allowed = f"hover takes {speed:.2f} Hz, which must lie within the rotor speeds {low!r}..{high!r} Hz"
+            raise refuse("airframe.mass", self.airframe.mass, allowed)
+
+    def _check_altitude(self) -> None:
+        altitude = self.mission.start[2] - self.mission.sea_level
+        if altitude <= 0.0:
+            below = f"the UAV would fly {-altitude:g} m below the sea; must be below mission.start[2]"
+            raise refuse("mission.sea_level", self.mission.sea_level, f"{below} = {self.mission.start[2]!r}")
+        # Yaw moves nothing up or down, so a grid over roll and pitch shows how far the antenna can dip.
+        angles = self.mpc.attitude_limit * np.linspace(-1.0, 1.0, 61)
+        eta = np.stack([*np.meshgrid(angles, angles), np.zeros((61, 61))], axis=-1)
+        dip = -float((rotation_matrix(eta) @ np.asarray(self.link.antenna_offset))[..., 2].min())
+        if altitude <= dip:
+            allowed = f"the antenna can hang {dip:.3g} m below the UAV, which flies {altitude:.3g} m above the sea"
+            raise refuse("link.antenna_offset", self.link.antenna_offset, f"{allowed}; must stay above it")
+
+    def _check_path(self) -> None:
+        mission, mpc = self.mission, self.mpc
+        times = np.linspace(0.0, mission.duration, 2001)
+        path = uav_position(times, mission)
+        for name, beyond in (
+            ("position_lower", (path < np.asarray(mpc.position_lower)).any()),
+            ("position_upper", (path > np.asarray(mpc.position_upper)).any()),
+        ):
+            if beyond:
+                span = f"the path runs from {path.min(axis=0).tolist()} to {path.max(axis=0).tolist()} m"
+                raise refuse(f"mpc.{name}", getattr(mpc, name), f"{span} and must stay within the operating region")
+        fastest = float(np.abs(uav_velocity(times, mission)).max())
+        if fastest > mpc.velocity_limit:
+            least = mission.duration * fastest / mpc.velocity_limit
+            reason = f"the reference reaches {fastest:.4g} m/s on an axis, above mpc.velocity_limit"
+            allowed = f"{reason} = {mpc.velocity_limit!r}; must be at least {least:.4g} s at this radius"
+            raise refuse("mission.duration", mission.duration, allowed)
+
+    def _check_index_window(self) -> None:
+        # After the mission's end, where previews and longer flights look, everything stands still.
+        times = np.append(self._samples_until(self.mission.duration), self.mission.duration)
+        phase, _ = affine_phase(uav_position(times, self.mission), ship_position(times, self.mission), self.link)
+        nearest = nearest_fringe(phase)
+        first, last = int(nearest.min()), int(nearest.max())
+        law = self.attitude_law
+        needed = f"the nearest fringe has index {first}..{last} on this mission; the window must hold all of them"
+        if law.index_min > first:
+            raise refuse("attitude_law.index_min", law.index_min, needed)
+        if law.index_max < last:
+            raise refuse("attitude_law.index_max", law.index_max, needed)
+
+
+def _items(document: Any, source: str) -> Iterable[tuple[Any, Any]]:
+    if not isinstance(document, dict):
+        raise ScenarioError(f"{source}: must be a map of settings, is {document!r}")
+    return document.items()
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())

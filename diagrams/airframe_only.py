@@ -1,0 +1,28 @@
+"""The hexarotor alone, its rotors open to the user: hover it, linearise it, differentiate it."""
+
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+from a2s_drake.airframe import add_airframe
+from a2s_drake.scenario import Scenario
+from a2s_drake.wiring import build_wired
+
+
+def build_airframe_only(scenario: Scenario | None = None) -> Diagram:
+    """Plant, propellers and state adapter of a scenario (Table I by default). Converts to AutoDiffXd.
+
+    ```
+                           +---------------+
+                           |               |--> vehicle_state
+    rotor_speed_squared -->| airframe_only |
+                           |               |--> body_poses
+                           +---------------+
+    ```
+    """
+    scenario = scenario or Scenario()
+    builder = DiagramBuilder()
+    airframe = add_airframe(builder, scenario.airframe, scenario.mission.start)
+    builder.ExportInput(airframe.GetInputPort("rotor_speed_squared"), "rotor_speed_squared")
+    for index in range(airframe.num_output_ports()):
+        port = airframe.get_output_port(index)
+        builder.ExportOutput(port, port.get_name())
+    return build_wired(builder, "airframe_only")

@@ -1,0 +1,1 @@
+"""Command-line entry points, each with `main(argv=None) -> int`."""
