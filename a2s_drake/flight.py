@@ -114,7 +114,7 @@ def run_flight(diagram: Diagram, scenario: Scenario, progress: Callable[[int], A
       diagram: one of `diagrams.BUILDERS`, built for this scenario, or one of the user's with the same exported ports.
       progress: called with 1 after each sample.
     Raises:
-      FlightEnded: when the vehicle's state is no longer finite; names the time and the quantity.
+      FlightEnded: when the vehicle's state is no longer finite, or Drake refuses to go on; names time and reason.
       FlightInterrupted: on KeyboardInterrupt.
     """
     simulator = Simulator(diagram)
@@ -133,7 +133,9 @@ def run_flight(diagram: Diagram, scenario: Scenario, progress: Callable[[int], A
 
     try:
         for time in scenario.sample_times():
-            _advance(simulator, context, float(time), log)
+            if time > 0.0:
+                simulator.AdvanceTo(time)
+                _check_state(context)
             start = perf_counter()
             if time == 0.0:
                 simulator.Initialize()
@@ -145,24 +147,17 @@ def run_flight(diagram: Diagram, scenario: Scenario, progress: Callable[[int], A
                 progress(1)
     except KeyboardInterrupt:
         raise FlightInterrupted(f"interrupted at t = {context.get_time():.2f} s", log()) from None
+    except (RuntimeError, FloatingPointError) as error:  # Drake's own complaints, and ours about the state
+        raise FlightEnded(f"the flight ended at t = {context.get_time():.3f} s: {error}", log()) from error
     return log()
 
 
-def _advance(simulator: Simulator, context: Context, time: float, log: Callable[[], Flight]) -> None:
-    """Integrates up to an instant, short of the updates due there, and checks what came out."""
-    error: RuntimeError | None = None
-    if time > 0.0:
-        try:
-            simulator.AdvanceTo(time)
-        except RuntimeError as caught:
-            error = caught
+def _check_state(context: Context) -> None:
+    """Raises FloatingPointError, which names the quantity, when the plant's state is not finite."""
     state = context.get_continuous_state_vector().CopyToVector()
     if not np.isfinite(state).all():
         broken = "position or attitude" if not np.isfinite(state[:7]).all() else "velocity"
-        message = f"t = {context.get_time():.3f} s: the vehicle's {broken} is not finite; the flight ends here"
-        raise FlightEnded(message, log()) from error
-    if error is not None:
-        raise error
+        raise FloatingPointError(f"the vehicle's {broken} is not finite")
 
 
 def _sample(diagram: Diagram, context: Context) -> dict[str, Any]:

@@ -12,31 +12,23 @@ from a2s_drake import FlightEnded, FlightInterrupted
 from a2s_drake.comparison import comparison_table
 from a2s_drake.figures import attitude_figure, channel_gain_figure
 from a2s_drake.parameters import LAWS
-from scripts.common import (
-    UsageError,
-    add_scenario_arguments,
-    default_folder,
-    fly,
-    make_folder,
-    resolve_scenario,
-    write_results,
-)
+from scripts import common
 
 
 def main(argv: list[str] | None = None) -> int:
     """Returns 0; 2 for input that cannot be flown; 1 for a flight that ended early; 130 when interrupted."""
     parser = argparse.ArgumentParser(description=__doc__)
-    add_scenario_arguments(parser, default="paper_calibrated")
+    common.add_scenario_arguments(parser, default="paper_calibrated")
     parser.add_argument("--out", type=Path, metavar="DIR", help="default: results/<scenario>")
     parser.add_argument("--jobs", type=int, default=2, help="flights at a time (default: %(default)s)")
     arguments = parser.parse_args(argv)
-    folder = arguments.out or default_folder(arguments)
+    folder = arguments.out or common.default_folder(arguments)
     try:
-        scenarios = [resolve_scenario(arguments, [f"attitude_law.name={law}"]) for law in LAWS]
-        make_folder(folder)
+        scenarios = [common.resolve_scenario(arguments, [f"attitude_law.name={law}"]) for law in LAWS]
+        common.make_folder(folder)
         if arguments.jobs < 1:
-            raise UsageError(f"--jobs {arguments.jobs}: must be at least 1")
-    except UsageError as error:
+            raise common.UsageError(f"--jobs {arguments.jobs}: must be at least 1")
+    except common.UsageError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
     flights = {}
@@ -44,14 +36,14 @@ def main(argv: list[str] | None = None) -> int:
     lock = (context.RLock(),)
     with ProcessPoolExecutor(arguments.jobs, context, initializer=tqdm.set_lock, initargs=lock) as pool:
         jobs = {
-            pool.submit(fly, scenario, row): law
+            pool.submit(common.fly, scenario, row): law
             for row, (law, scenario) in enumerate(zip(LAWS, scenarios, strict=True))
         }
         try:
             for job in as_completed(jobs):
                 law = jobs[job]
                 flights[law] = job.result()
-                write_results(flights[law], folder / law)
+                common.write_results(flights[law], folder / law)
         except (FlightEnded, KeyboardInterrupt) as ended:
             pool.shutdown(cancel_futures=True)
             print(f"error: {ended or 'interrupted'}; what was flown to its end is in {folder}", file=sys.stderr)

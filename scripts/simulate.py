@@ -6,38 +6,30 @@ from pathlib import Path
 
 from a2s_drake import FlightEnded, FlightInterrupted, compute_metrics
 from a2s_drake.parameters import LAWS
-from scripts.common import (
-    UsageError,
-    add_scenario_arguments,
-    default_folder,
-    fly,
-    make_folder,
-    resolve_scenario,
-    write_results,
-)
+from scripts import common
 
 
 def main(argv: list[str] | None = None) -> int:
     """Returns 0; 2 for input that cannot be flown; 1 for a flight that ended early; 130 for an interrupted one."""
     parser = argparse.ArgumentParser(description=__doc__)
-    add_scenario_arguments(parser, default="paper")
+    common.add_scenario_arguments(parser, default="paper")
     parser.add_argument("--law", choices=LAWS, help="the attitude law, short for --set attitude_law.name=...")
     parser.add_argument("--out", type=Path, metavar="DIR", help="default: results/<scenario>/<law>")
     arguments = parser.parse_args(argv)
     try:
-        scenario = resolve_scenario(arguments, [f"attitude_law.name={arguments.law}"] if arguments.law else [])
-        folder = arguments.out or default_folder(arguments) / scenario.attitude_law.name
-        make_folder(folder)
-    except UsageError as error:
+        scenario = common.resolve_scenario(arguments, [f"attitude_law.name={arguments.law}"] if arguments.law else [])
+        folder = arguments.out or common.default_folder(arguments) / scenario.attitude_law.name
+        common.make_folder(folder)
+    except common.UsageError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
     try:
-        flight = fly(scenario)
+        flight = common.fly(scenario)
     except FlightEnded as ended:
-        write_results(ended.flight, folder)
+        common.write_results(ended.flight, folder)
         print(f"error: {ended}; its {len(ended.flight.time)} samples are in {folder}", file=sys.stderr)
         return 130 if isinstance(ended, FlightInterrupted) else 1
-    write_results(flight, folder)
+    common.write_results(flight, folder)
     metrics = compute_metrics(flight)
     print(
         f"{metrics['law']}: {metrics['throughput_bit_per_hz']:.3f} bit/Hz over {flight.time[-1]:.2f} s, "

@@ -33,7 +33,7 @@ class Decision:
       plan: finite; its first input is the one to apply.
       fallback: NONE when the problem as posed was solved.
       iterations: of the solver, over all attempts.
-      objective: the tracking cost J of the plan; for a plan made blind (state not finite), of that plan.
+      objective: the tracking cost J of the plan, finite; 0 where the reference is not.
     """
 
     plan: Plan
@@ -68,6 +68,11 @@ class Planner:
           previous: the plan of one period ago; None for a cold start, which then iterates to convergence. A caller
             passes None as well once a plan has been shifted to its end.
         """
+        # States that are finite but absurd overflow on the way; what comes out is checked, so no warning is due.
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self._decide(x0, reference, previous)
+
+    def _decide(self, x0: FloatArray, reference: Reference, previous: Plan | None) -> Decision:
         shifted = previous.shifted(self.model, self._mpc.period) if previous is not None else None
         if shifted is not None and not shifted.is_finite():
             shifted = None
@@ -95,7 +100,7 @@ class Planner:
     def _decision(self, plan: Plan, fallback: Fallback, iterations: int, reference: Reference) -> Decision:
         plan = Plan(plan.state, np.clip(plan.input, *self._input_bounds))
         objective = tracking_cost(plan, reference, self._mpc) if reference.is_finite() else 0.0
-        return Decision(plan, fallback, iterations, objective)
+        return Decision(plan, fallback, iterations, float(np.nan_to_num(objective)))
 
 
 def _finite_start(x0: FloatArray) -> FloatArray:

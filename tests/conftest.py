@@ -1,0 +1,54 @@
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+from a2s_drake import Flight, Scenario, run_flight
+from a2s_drake.paths import ship_position, uav_position
+from diagrams import build_closed_loop, load_scenario
+
+# The same examples on every machine and every run.
+settings.register_profile("reproducible", derandomize=True, deadline=None)
+settings.load_profile("reproducible")
+
+
+@pytest.fixture
+def scenario() -> Scenario:
+    """Table I as printed."""
+    return load_scenario("paper").validate()
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(20261122)
+
+
+@pytest.fixture(scope="session")
+def planned_geometry() -> tuple[np.ndarray, np.ndarray]:
+    """Planned UAV and ship positions of Table I at its 2001 samples."""
+    scenario = load_scenario("paper")
+    times = scenario.sample_times()
+    return uav_position(times, scenario.mission), ship_position(times, scenario.mission)
+
+
+@pytest.fixture(scope="session")
+def fly() -> Callable[..., Flight]:
+    """Flies a named scenario in closed loop, each set of overrides once a session."""
+    flown: dict[tuple[str, ...], Flight] = {}
+
+    def fly_once(name: str, *overrides: str) -> Flight:
+        key = (name, *overrides)
+        if key not in flown:
+            scenario = load_scenario(name).with_overrides(overrides).validate()
+            flown[key] = run_flight(build_closed_loop(scenario), scenario)
+        return flown[key]
+
+    return fly_once
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Sends all tests that share flights to one worker, so that no flight is flown twice."""
+    for item in items:
+        if "fly" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.xdist_group("flights"))

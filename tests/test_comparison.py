@@ -1,0 +1,20 @@
+import numpy as np
+
+from a2s_drake.comparison import comparison_table
+from tests.flights import SAMPLES, made_up_flight
+
+
+def test_table_sets_gains_beside_the_papers() -> None:
+    flights = {
+        law: made_up_flight(law, spectral_efficiency=np.full(SAMPLES, rate))
+        for law, rate in (("three_axis", 6.0), ("pitch_only", 5.0), ("level", 4.0))
+    }
+    lines = comparison_table(flights).splitlines()
+    assert lines[3].split()[:2] == ["three_axis", "0.600"]
+    assert "+50.00 %" in lines[3]
+    assert "+22.2 %" in lines[3]
+    assert "+20.00 %" in lines[3]
+    assert "+11.4 %" in lines[3]
+    assert "+25.00 %" in lines[4]
+    assert "paper" not in lines[5]
+    assert lines[3].split()[-1] == "1.6"  # 0.08 s flown in 0.05 s

@@ -1,0 +1,110 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, InitializeAutoDiff
+from pydrake.systems.analysis import Simulator
+
+from a2s_drake import AttitudeLaw, Link, Scenario, ScenarioError, attitude_reference, hover_input, run_flight
+from a2s_drake.mpc.model import RigidBodyModel
+from diagrams import BUILDERS, build_airframe_only, build_closed_loop, build_link_only, load_scenario
+
+LOGGED = {
+    "vehicle_state": 12,
+    "position_reference": 3,
+    "attitude_reference": 3,
+    "ship_position": 3,
+    "channel_gain": 1,
+    "snr_db": 1,
+    "spectral_efficiency": 1,
+    "phase_difference": 1,
+}
+
+
+def vector_ports(diagram) -> dict[str, int]:
+    ports = map(diagram.get_output_port, range(diagram.num_output_ports()))
+    return {port.get_name(): port.size() for port in ports if port.get_name() != "body_poses"}
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+def test_every_drawing_builds_from_a_scenario_and_bears_its_name(name: str, scenario: Scenario) -> None:
+    dut = BUILDERS[name](scenario)
+    assert dut.get_name() == name
+    assert Path(f"diagrams/{name}.py").name == f"{BUILDERS[name].__module__.split('.')[-1]}.py"
+
+
+def test_closed_loop_exports_what_a_script_logs(scenario: Scenario) -> None:
+    dut = build_closed_loop(scenario)
+    mine = {"rotor_speed_squared": 6, "predicted_state": 12 * 31, "solver_status": 4}
+    assert vector_ports(dut) == LOGGED | mine
+    assert dut.HasOutputPort("body_poses")
+    assert dut.num_input_ports() == 0
+
+
+def test_link_only_exports_the_same_but_for_rotors_and_solver(scenario: Scenario) -> None:
+    assert vector_ports(build_link_only(scenario)) == LOGGED
+
+
+def test_airframe_only_opens_its_rotors(scenario: Scenario) -> None:
+    dut = build_airframe_only(scenario)
+    assert dut.GetInputPort("rotor_speed_squared").size() == 6
+    assert vector_ports(dut) == {"vehicle_state": 12}
+
+
+def test_drawings_default_to_table_i() -> None:
+    flight = run_flight(build_link_only(), load_scenario("paper").with_value("simulation.duration", 1.0))
+    assert flight.channel_gain[0] == pytest.approx(2.412125015e-8, rel=1e-9)
+
+
+def test_link_only_tracks_ideally(scenario: Scenario, planned_geometry) -> None:
+    flight = run_flight(build_link_only(scenario), scenario)
+    position, ship = planned_geometry
+    np.testing.assert_allclose(flight.position, position, atol=1e-12)
+    np.testing.assert_allclose(flight.ship_position, ship, atol=1e-12)
+    eta = attitude_reference(position, ship, Link(), AttitudeLaw(), scenario.mpc.attitude_limit)
+    np.testing.assert_allclose(flight.attitude, eta, atol=1e-9)
+    assert 0.02 * flight.spectral_efficiency.sum() == pytest.approx(1.449 * 122.387, rel=5e-4)
+
+
+def test_closed_loop_starts_at_rest_where_the_path_begins(scenario: Scenario) -> None:
+    scenario.mission.start = [1.0, -2.0, 0.5]
+    dut = build_closed_loop(scenario)
+    state = dut.GetOutputPort("vehicle_state").Eval(dut.CreateDefaultContext())
+    np.testing.assert_allclose(state, [1.0, -2.0, 0.5] + 9 * [0.0], atol=1e-15)
+
+
+def test_airframe_linearises_in_autodiff(scenario: Scenario) -> None:
+    # The oracle is the other way round here: the plant's own AutoDiff against the analytic prediction model.
+    dut = build_airframe_only(scenario).ToAutoDiffXd()
+    context = dut.CreateDefaultContext()
+    tape = InitializeAutoDiff(hover_input(scenario.airframe)).ravel()
+    dut.GetInputPort("rotor_speed_squared").FixValue(context, tape)
+    slope = dut.EvalTimeDerivatives(context).CopyToVector()
+    _, by_input = RigidBodyModel.of(scenario.airframe).jacobians(np.zeros(12), hover_input(scenario.airframe))
+    np.testing.assert_allclose(ExtractGradient(slope)[7:10], by_input[9:12], atol=1e-12)
+    np.testing.assert_allclose(ExtractGradient(slope)[10:13], by_input[6:9], atol=1e-12)
+    assert isinstance(dut.GetOutputPort("vehicle_state").Eval(context)[0], AutoDiffXd)
+
+
+def test_plant_integration_agrees_with_a_fine_reference(scenario: Scenario) -> None:
+    # The default step against one fifty times finer, under a rotor command that tumbles the vehicle.
+    ends = []
+    for step in (0.01, 0.0002):
+        dut = build_airframe_only(scenario)
+        simulator = Simulator(dut)
+        integrator = simulator.get_mutable_integrator()
+        integrator.set_fixed_step_mode(True)
+        integrator.set_maximum_step_size(step)
+        u = hover_input(scenario.airframe) * np.array([1.02, 0.99, 1.0, 1.01, 0.98, 1.0])
+        dut.GetInputPort("rotor_speed_squared").FixValue(simulator.get_mutable_context(), u)
+        simulator.AdvanceTo(2.0)
+        ends.append(dut.GetOutputPort("vehicle_state").Eval(simulator.get_context()))
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-6)
+
+
+def test_scenarios_load_by_name_or_file(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("{mission: {radius: 2.0}}")
+    assert load_scenario(str(path)).mission.radius == 2.0
+    with pytest.raises(ScenarioError, match="no scenario named 'mine'"):
+        load_scenario("mine")

@@ -1,0 +1,105 @@
+"""The main job end to end: the paper's mission through the Drake diagram, in closed loop."""
+
+import numpy as np
+import pytest
+
+from a2s_drake import Flight, compute_metrics, run_flight
+from a2s_drake.flight import array_names
+from a2s_drake.metrics import gain_percent
+from a2s_drake.parameters import LAWS
+from a2s_drake.scenario import Scenario
+from diagrams import build_closed_loop
+
+
+@pytest.fixture
+def calibrated(fly) -> dict[str, Flight]:
+    return {
+        "three_axis": fly("paper_calibrated"),
+        "pitch_only": fly("paper_calibrated", "attitude_law.name=pitch_only"),
+        "level": fly("paper_calibrated", "attitude_law.name=level"),
+    }
+
+
+@pytest.mark.parametrize(("baseline", "gain"), [("level", 22.5), ("pitch_only", 11.2)])
+def test_headline_gains(baseline: str, gain: float, calibrated: dict[str, Flight]) -> None:
+    # The figures of a simulation that shares no code with this one; the paper prints 22.2 and 11.4.
+    assert gain_percent(calibrated["three_axis"], calibrated[baseline]) == pytest.approx(gain, abs=0.5)
+
+
+def test_three_axes_keep_the_path(calibrated: dict[str, Flight]) -> None:
+    assert compute_metrics(calibrated["three_axis"])["position_error_max_m"] <= 0.05
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_every_law_stays_within_its_bounds_without_a_solver_failure(law: str, calibrated: dict[str, Flight]) -> None:
+    metrics = compute_metrics(calibrated[law])
+    assert (metrics["solver"]["failures"], metrics["solver"]["fallbacks"]) == (0, 0)
+    assert metrics["bounds"]["rotor_speed"]["worst_excess"] == 0.0
+    for bound in metrics["bounds"].values():
+        assert bound["worst_excess_of_range"] <= 1e-3
+    assert (calibrated[law].rotor_speed >= 16.0).all()
+    assert (calibrated[law].rotor_speed <= 100.0).all()
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_every_law_flies_the_whole_mission_faster_than_real_time(law: str, calibrated: dict[str, Flight]) -> None:
+    assert len(calibrated[law].time) == 2001
+    assert compute_metrics(calibrated[law])["real_time_factor"] > 1.0
+
+
+def test_level_law_holds_level(calibrated: dict[str, Flight]) -> None:
+    assert np.abs(calibrated["level"].attitude).max() < np.deg2rad(0.5)
+
+
+def test_logged_channel_is_the_channel_of_the_logged_pose(calibrated: dict[str, Flight]) -> None:
+    # From the log's pose by the paper's formulas, in complex numbers, apart from the library's own code.
+    flight, link = calibrated["three_axis"], calibrated["three_axis"].scenario.link
+    for k in range(0, 2001, 97):
+        (cr, cp, cy), (sr, sp, sy) = np.cos(flight.attitude[k]), np.sin(flight.attitude[k])
+        yaw = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+        pitch = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+        roll = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+        antenna = flight.position[k] + yaw @ pitch @ roll @ [0.39, 0.39, 0.195]
+        ship = np.array([90.0 + 10.0 * flight.time[k] / 40.0, 0.0, -20.0])
+        d_los, d_ref = (np.linalg.norm(ship + np.array([0.0, 0.0, z]) - antenna) for z in (10.0, -10.0))
+        phase = 2.0 * np.pi / 0.1 * (d_ref - d_los)
+        g = 0.1 / (4.0 * np.pi) * (1.0 / d_los + 0.8 / d_ref * np.exp(-1j * (phase + np.pi)))
+        assert flight.channel_gain[k] == pytest.approx(abs(g) ** 2, rel=1e-9)
+        assert flight.spectral_efficiency[k] == pytest.approx(np.log2(1.0 + 1e9 * abs(g) ** 2), rel=1e-9)
+        assert link.wavelength == pytest.approx(0.1)
+
+
+def test_a_run_repeated_from_its_own_yaml_is_the_same_bit_for_bit(fly) -> None:
+    flight = fly("paper_calibrated", "simulation.duration=4.0")
+    again = Scenario.from_yaml(flight.scenario.to_yaml()).validate()
+    repeated = run_flight(build_closed_loop(again), again)
+    for name in array_names():
+        np.testing.assert_array_equal(getattr(repeated, name), getattr(flight, name))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "law", "gain", "error"),
+    [
+        ("paper", "three_axis", 30.98, 0.195),
+        ("paper", "pitch_only", 22.31, 0.037),
+        ("tilt35", "three_axis", 34.23, 0.038),
+        ("tilt35", "pitch_only", 23.99, 0.033),
+    ],
+)
+def test_figures_of_the_readme(name: str, law: str, gain: float, error: float, fly) -> None:
+    flight, level = fly(name, f"attitude_law.name={law}"), fly(name, "attitude_law.name=level")
+    metrics = compute_metrics(flight)
+    assert gain_percent(flight, level) == pytest.approx(gain, abs=0.05)
+    assert metrics["position_error_max_m"] == pytest.approx(error, abs=0.001)
+    assert metrics["solver"]["failures"] == 0
+
+
+@pytest.mark.slow
+def test_whole_program_flies_like_the_real_time_iteration(fly) -> None:
+    # The first second holds the start's transient, the hardest part for one QP a sample.
+    rti = fly("paper_calibrated", "simulation.duration=1.0")
+    whole = fly("paper_calibrated", "simulation.duration=1.0", "mpc.solver=ipopt")
+    assert whole.solver_success.all()
+    np.testing.assert_allclose(whole.position, rti.position, atol=2e-3)
+    np.testing.assert_allclose(whole.attitude, rti.attitude, atol=np.deg2rad(0.1))

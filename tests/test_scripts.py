@@ -1,0 +1,117 @@
+import json
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from a2s_drake import Flight, FlightEnded, FlightInterrupted
+from a2s_drake.flight import array_names
+from scripts import common, compare, simulate
+from tests.flights import made_up_flight
+
+SHORT = ["--duration", "0.2", "--set", "mpc.horizon=8"]
+
+
+def test_simulate_writes_the_contract(tmp_path: Path, capsys) -> None:
+    assert simulate.main(["paper_calibrated", *SHORT, "--law", "pitch_only", "--out", str(tmp_path)]) == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["flight.npz", "metrics.json", "scenario.yaml"]
+    with np.load(tmp_path / "flight.npz") as archive:
+        assert set(archive) >= {
+            *("time", "position", "attitude", "velocity", "angular_velocity", "rotor_speed"),
+            *("position_reference", "attitude_reference", "ship_position"),
+            *("channel_gain", "snr_db", "spectral_efficiency", "phase_difference"),
+            *("solver_success", "solver_iterations"),
+        }
+        assert archive["rotor_speed"].shape == (11, 6)
+    metrics = json.loads((tmp_path / "metrics.json").read_text())
+    assert metrics["law"] == "pitch_only"
+    assert set(metrics) >= {
+        *("law", "throughput_bit_per_hz", "outage", "position_error_max_m", "position_error_rms_m"),
+        *("attitude_error_rms_deg", "bounds", "solver", "wall_s", "real_time_factor", "versions"),
+    }
+    assert set(metrics["solver"]) >= {"failures", "fallbacks", "iterations", "step_ms"}
+    printed = capsys.readouterr()
+    assert "pitch_only: " in printed.out
+    assert printed.err == ""  # no progress bar where there is no terminal
+
+
+def test_simulate_from_its_own_scenario_gives_the_same_flight(tmp_path: Path) -> None:
+    assert simulate.main(["tilt35", *SHORT, "--out", str(tmp_path / "first")]) == 0
+    assert simulate.main([str(tmp_path / "first" / "scenario.yaml"), "--out", str(tmp_path / "second")]) == 0
+    first, second = (Flight.load(tmp_path / name) for name in ("first", "second"))
+    assert first.scenario == second.scenario
+    for name in array_names():
+        np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
+
+
+def test_simulate_takes_overrides_in_order_and_in_groups(tmp_path: Path) -> None:
+    overrides = ["--set", "mpc.horizon=20", "link.carrier_hz=5e8", "--set", "mpc.horizon=8"]
+    assert simulate.main(["hover", "--duration", "0.1", *overrides, "--out", str(tmp_path)]) == 0
+    scenario = Flight.load(tmp_path).scenario
+    assert (scenario.mpc.horizon, scenario.link.carrier_hz) == (8, 5e8)
+
+
+@pytest.mark.parametrize("script", [simulate, compare])
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["papper"], "no scenario named 'papper'"),
+        (["nowhere.yaml"], "No such file"),
+        (["paper", "--set", "airframe.mass=-1"], "airframe.mass = -1.0: must be finite, above 0.0"),
+        (["paper", "--set", "mass=1"], "mass: no such section"),
+        (["paper", "--duration", "soon"], "simulation.duration = 'soon'"),
+        (["paper", "--duration", "-3"], "simulation.duration = -3.0"),
+        (["paper", "--set", "mission.sea_level=-24"], "attitude_law.index_max = 50"),
+    ],
+)
+def test_bad_input_prints_one_line_and_writes_nothing(script, arguments, reason, tmp_path: Path, capsys) -> None:
+    out = tmp_path / "out"
+    assert script.main([*arguments, "--out", str(out)]) == 2
+    printed = capsys.readouterr()
+    assert reason in printed.err
+    assert printed.err.count("\n") == 1
+    assert printed.out == ""
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("script", [simulate, compare])
+def test_a_folder_that_cannot_be_made_is_refused_before_the_flight(script, tmp_path: Path, capsys) -> None:
+    (tmp_path / "file").write_text("in the way")
+    assert script.main(["paper", "--out", str(tmp_path / "file")]) == 2
+    assert "cannot be made" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("ended", "code"),
+    [(FlightEnded("it broke", made_up_flight()), 1), (FlightInterrupted("stopped", made_up_flight()), 130)],
+)
+def test_a_flight_that_ends_early_keeps_its_log(ended, code: int, tmp_path: Path, capsys, monkeypatch) -> None:
+    def end(*_: object) -> None:
+        raise ended
+
+    monkeypatch.setattr(common, "fly", end)
+    assert simulate.main(["paper", "--out", str(tmp_path)]) == code
+    assert len(Flight.load(tmp_path).time) == 5
+    assert str(ended) in capsys.readouterr().err
+
+
+def test_compare_flies_three_laws_and_draws_two_pictures(tmp_path: Path, capsys) -> None:
+    assert compare.main(["paper_calibrated", *SHORT, "--out", str(tmp_path)]) == 0
+    for law in ("three_axis", "pitch_only", "level"):
+        assert Flight.load(tmp_path / law).scenario.attitude_law.name == law
+    for picture in ("channel_gain.png", "attitude.png"):
+        assert (tmp_path / picture).read_bytes().startswith(b"\x89PNG")
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[3:6]] == ["three_axis", "pitch_only", "level"]
+
+
+def test_an_early_end_can_leave_a_worker_process() -> None:
+    ended = pickle.loads(pickle.dumps(FlightInterrupted("stopped", made_up_flight())))
+    assert str(ended) == "stopped"
+    assert len(ended.flight.time) == 5
+
+
+@pytest.mark.parametrize("script", ["simulate", "compare"])
+def test_scripts_stay_short(script: str) -> None:
+    assert len(Path(f"scripts/{script}.py").read_text().splitlines()) <= 60
