@@ -51,5 +51,5 @@ def attitude_figure(flight: Flight) -> Figure:
         axes.grid(alpha=0.3)
     rows[-1].set_xlabel("time (s)")
     rows[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False)
-    rows[0].set_title(f"attitude under the {LAW_LABELS[law]} law", pad=22.0, fontsize="medium")
+    rows[0].set_title(f"{LAW_LABELS[law]}: attitude against reference", pad=24.0, fontsize="medium")
     return figure
