@@ -4,14 +4,15 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help run test check format clean
+.PHONY: help run test test-slow check format clean
 
 help:
-	@echo "make run     fly the paper's mission under its three laws and print the comparison"
-	@echo "make test    check, then run the test suite"
-	@echo "make check   ruff (lint and format) and mypy"
-	@echo "make format  rewrite the code in the project's format"
-	@echo "make clean   remove the environment, caches and results"
+	@echo "make run        fly the paper's mission under its three laws and print the comparison"
+	@echo "make test       check, then run the test suite"
+	@echo "make test-slow  the long flights that make test leaves out"
+	@echo "make check      ruff (lint and format) and mypy"
+	@echo "make format     rewrite the code in the project's format"
+	@echo "make clean      remove the environment, caches and results"
 
 $(VENV)/installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -28,8 +29,14 @@ check: $(VENV)/installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+# Tests that share flights go to one worker (tests/conftest.py), so that no flight is flown twice.
+PYTEST := $(BIN)/python -m pytest -n 2 --dist loadgroup
+
 test: check
-	$(BIN)/python -m pytest
+	$(PYTEST)
+
+test-slow: $(VENV)/installed
+	$(PYTEST) -m slow
 
 format: $(VENV)/installed
 	$(BIN)/ruff check --fix .

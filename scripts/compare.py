@@ -1,14 +1,11 @@
 """Flies the three laws over one scenario and prints them side by side, with two pictures."""
 
 import argparse
-import multiprocessing
 import sys
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-from tqdm import tqdm
-
-from a2s_drake import FlightEnded, FlightInterrupted
+from a2s_drake import FlightEnded
+from a2s_drake.campaign import fly_each, worker_processes
 from a2s_drake.comparison import comparison_table
 from a2s_drake.figures import attitude_figure, channel_gain_figure
 from a2s_drake.parameters import LAWS
@@ -24,31 +21,24 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     folder = arguments.out or common.default_folder(arguments)
     try:
-        scenarios = [common.resolve_scenario(arguments, [f"attitude_law.name={law}"]) for law in LAWS]
-        common.make_folder(folder)
+        scenarios = {law: common.resolve_scenario(arguments, [f"attitude_law.name={law}"]) for law in LAWS}
         if arguments.jobs < 1:
             raise common.UsageError(f"--jobs {arguments.jobs}: must be at least 1")
+        common.make_folder(folder)
     except common.UsageError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    flights = {}
-    context = multiprocessing.get_context("spawn")
-    lock = (context.RLock(),)
-    with ProcessPoolExecutor(arguments.jobs, context, initializer=tqdm.set_lock, initargs=lock) as pool:
-        jobs = {
-            pool.submit(common.fly, scenario, row): law
-            for row, (law, scenario) in enumerate(zip(LAWS, scenarios, strict=True))
-        }
-        try:
-            for job in as_completed(jobs):
-                law = jobs[job]
-                flights[law] = job.result()
-                common.write_results(flights[law], folder / law)
-        except (FlightEnded, KeyboardInterrupt) as ended:
-            pool.shutdown(cancel_futures=True)
-            print(f"error: {ended or 'interrupted'}; what was flown to its end is in {folder}", file=sys.stderr)
-            return 1 if isinstance(ended, FlightEnded) and not isinstance(ended, FlightInterrupted) else 130
-    flights = {law: flights[law] for law in LAWS}
+    done = {}
+    try:
+        with worker_processes(arguments.jobs) as workers:
+            for law, flight in fly_each(scenarios, common.fly, workers):
+                done[law] = flight
+                common.write_results(flight, folder / law)
+    except (FlightEnded, KeyboardInterrupt) as ended:
+        kept = ", ".join(done) or "none"
+        print(f"error: {str(ended) or 'interrupted'}; flights done and kept in {folder}: {kept}", file=sys.stderr)
+        return 1 if isinstance(ended, FlightEnded) else 130
+    flights = {law: done[law] for law in LAWS}
     channel_gain_figure(list(flights.values())).savefig(folder / "channel_gain.png", dpi=200)
     attitude_figure(flights["three_axis"]).savefig(folder / "attitude.png", dpi=200)
     print(comparison_table(flights))
