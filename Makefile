@@ -29,8 +29,8 @@ check: $(VENV)/installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-# Tests that share flights go to one worker (tests/conftest.py), so that no flight is flown twice.
-PYTEST := $(BIN)/python -m pytest -n 2 --dist loadgroup
+# A file's tests go to one worker: those that share flights stand in one file, so that no flight is flown twice.
+PYTEST := $(BIN)/python -m pytest -n 2 --dist loadfile
 
 test: check
 	$(PYTEST)

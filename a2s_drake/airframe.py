@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.eigen_geometry import Quaternion_
 from pydrake.math import RigidTransform, RollPitchYaw_, RotationMatrix, RotationMatrix_
 from pydrake.multibody.plant import MultibodyPlant, Propeller, PropellerInfo
@@ -13,10 +12,9 @@ from pydrake.multibody.tree import BodyIndex, RigidBody, SpatialInertia, UnitIne
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from a2s_drake.arrays import FloatArray
 from a2s_drake.parameters import GRAVITY, Airframe
 from a2s_drake.wiring import build_wired
-
-FloatArray = NDArray[np.float64]
 
 NUM_ROTORS = 6
 

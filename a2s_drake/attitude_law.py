@@ -12,8 +12,9 @@ from pydrake.autodiffutils import ExtractValue
 from pydrake.systems.framework import LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from a2s_drake.arrays import Array
 from a2s_drake.parameters import AttitudeLaw, Link
-from a2s_drake.rotations import Array, skew
+from a2s_drake.rotations import skew
 from a2s_drake.two_ray import path_lengths, phase_difference, ship_antenna_and_image
 
 # Below this norm of k, rad of phase per rad of attitude, attitude cannot steer the phase and the law stays level. One
@@ -57,12 +58,12 @@ def nearest_fringe(phase: Array) -> Array:
 
 
 def fringe_offsets(phase: Array, indices: Array) -> Array:
-    """C_m = (2m+1) pi - dPhi_0, rad (eq. 10); shapes (...) and (M,) to (..., M)."""
+    """C_m = (2m+1) pi - dPhi_0, rad (eq. 12); shapes (...) and (M,) to (..., M)."""
     return (2.0 * np.asarray(indices) + 1.0) * np.pi - phase[..., np.newaxis]
 
 
 def soft_min(offsets: Array, norm: Array, feasible: Array, temperature: float) -> Array:
-    """Soft-min of the feasible fringe offsets: their mean under weights exp(-tau ||eta_m||^2) (Lemma 1, eq. 12).
+    """Soft-min of the feasible fringe offsets: their mean under weights exp(-tau ||eta_m||^2) (Lemma 1, eq. 14).
 
     The smallest squared norm is subtracted before the exponential, so no temperature underflows the sum.
 
@@ -77,9 +78,9 @@ def soft_min(offsets: Array, norm: Array, feasible: Array, temperature: float) -
     squares = (offsets / norm[:, np.newaxis]) ** 2
     found = feasible.any(axis=-1)
     smallest = np.where(feasible, _values(squares), np.inf).min(axis=-1)
-    excess = squares - np.where(found, smallest, 0.0)[:, np.newaxis]
-    # The mask stands inside the exponential too, so that no excluded candidate can overflow it.
-    weights = np.exp(-temperature * excess * feasible) * feasible
+    # The mask stands inside the exponential too, so that no excluded candidate, smaller perhaps, can overflow it.
+    excess = (squares - np.where(found, smallest, 0.0)[:, np.newaxis]) * feasible
+    weights = np.exp(-temperature * excess) * feasible
     return (weights * offsets).sum(axis=-1) / np.where(found, weights.sum(axis=-1), 1.0)
 
 
@@ -108,28 +109,31 @@ def attitude_reference(position: Array, ship: Array, link: Link, law: AttitudeLa
     phase, k = affine_phase(position.reshape(-1, 3), ship.reshape(-1, 3), link)
     if law.name == "pitch_only":
         k = k * np.array([0.0, 1.0, 0.0])
-    norm_squared = (k * k).sum(axis=-1)
-    steerable = _values(norm_squared) >= MIN_PHASE_SENSITIVITY**2
-    if not steerable.all():
-        # Any finite stand-in will do: these rows are set to level at the end.
-        norm_squared = np.where(steerable, norm_squared, 1.0)
-    direction = k / norm_squared[:, np.newaxis]
+    steerable = (_values(k) ** 2).sum(axis=-1) >= MIN_PHASE_SENSITIVITY**2
+    eta = np.full(k.shape, 0.0, dtype=k.dtype)
+    eta[steerable] = _steered(phase[steerable], k[steerable], law, attitude_limit)
+    return eta.reshape(shape)
 
+
+def _steered(phase: Array, k: Array, law: AttitudeLaw, attitude_limit: float) -> Array:
+    """The reference where k is not zero; phase (n,) and k (n, 3) to (n, 3)."""
+    norm_squared = (k * k).sum(axis=-1)
+    direction = k / norm_squared[:, np.newaxis]
     offsets = fringe_offsets(phase, np.arange(law.index_min, law.index_max + 1))
     largest_angle = np.abs(_values(offsets)) * np.abs(_values(direction)).max(axis=-1)[:, np.newaxis]
     feasible = largest_angle <= law.candidate_limit
     eta = direction * soft_min(offsets, np.sqrt(norm_squared), feasible, law.temperature)[:, np.newaxis]
 
     empty = ~feasible.any(axis=-1)
-    if law.fallback != "zero" and empty.any():
-        if law.fallback == "nearest":
-            index = np.argmin(np.abs(_values(offsets)), axis=-1)
-            stand_in = np.take_along_axis(offsets, index[:, np.newaxis], axis=-1)
-        else:
-            stand_in = fringe_offsets(phase, np.array([0]))
-        clipped = np.clip(direction * stand_in, -attitude_limit, attitude_limit)
-        eta = np.where(empty[:, np.newaxis], clipped, eta)
-    return np.where(steerable[:, np.newaxis], eta, 0.0).reshape(shape)
+    if law.fallback == "zero" or not empty.any():
+        return eta
+    if law.fallback == "nearest":
+        index = np.argmin(np.abs(_values(offsets)), axis=-1)
+        stand_in = np.take_along_axis(offsets, index[:, np.newaxis], axis=-1)
+    else:
+        stand_in = fringe_offsets(phase, np.array([0]))
+    clipped = np.clip(direction * stand_in, -attitude_limit, attitude_limit)
+    return np.where(empty[:, np.newaxis], clipped, eta)
 
 
 @TemplateSystem.define("AttitudeReference_")

@@ -1,20 +1,19 @@
 """Flight: the log of one run of a diagram, and how it is flown, saved and loaded."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from time import perf_counter
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from pydrake.systems.framework import Context, Diagram
 
+from a2s_drake.arrays import FloatArray
 from a2s_drake.mpc.controller import SolverStatus
+from a2s_drake.mpc.planner import Fallback as Fallback
 from a2s_drake.scenario import Scenario
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -30,7 +29,7 @@ class WallClock:
     total: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Flight:
     """A run sampled at t_k = k T_s. Row k holds the state at t_k and the rotor speeds applied from t_k on.
 
@@ -54,15 +53,16 @@ class Flight:
     solver_success: FloatArray  # (n,) 1 where the problem as posed was solved, else 0
     solver_iterations: FloatArray  # (n,)
     solver_fallback: FloatArray  # (n,) see a2s_drake.mpc.planner.Fallback
-    wall_clock: WallClock | None = field(default=None, compare=False)  # of this run; never saved
+    wall_clock: WallClock | None = None  # of this run; never saved
 
     @property
     def has_rotors(self) -> bool:
         """Whether a vehicle with rotors and a controller flew, rather than an ideal one."""
         return bool(np.isfinite(self.rotor_speed).any())
 
-    def save(self, folder: Path) -> None:
+    def save(self, folder: Path | str) -> None:
         """Writes `scenario.yaml` and `flight.npz` into a folder, which is made where it is missing."""
+        folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         # Written aside and moved into place, so that an interrupt leaves either the old file or the new one.
         part = folder / "scenario.yaml.part"
@@ -73,12 +73,13 @@ class Flight:
         part.replace(folder / "flight.npz")
 
     @classmethod
-    def load(cls, folder: Path) -> Self:
+    def load(cls, folder: Path | str) -> Self:
         """Reads what `save` wrote.
 
         Raises:
           OSError: when a file is missing; ValueError or KeyError: when one is damaged.
         """
+        folder = Path(folder)
         scenario = Scenario.from_yaml(
             (folder / "scenario.yaml").read_text(encoding="utf-8"), source=str(folder / "scenario.yaml")
         )
@@ -111,7 +112,8 @@ def run_flight(diagram: Diagram, scenario: Scenario, progress: Callable[[int], A
     """Simulates a diagram over a scenario's duration and logs the ports that it exports.
 
     Args:
-      diagram: one of `diagrams.BUILDERS`, built for this scenario, or one of the user's with the same exported ports.
+      diagram: `closed_loop` or `link_only` of `diagrams.BUILDERS`, built for this scenario, or one of the user's that
+        exports the same ports.
       progress: called with 1 after each sample.
     Raises:
       FlightEnded: when the vehicle's state is no longer finite, or Drake refuses to go on; names time and reason.
@@ -148,6 +150,8 @@ def run_flight(diagram: Diagram, scenario: Scenario, progress: Callable[[int], A
     except KeyboardInterrupt:
         raise FlightInterrupted(f"interrupted at t = {context.get_time():.2f} s", log()) from None
     except (RuntimeError, FloatingPointError) as error:  # Drake's own complaints, and ours about the state
+        if not rows:
+            raise  # It never flew: the diagram is at fault, not the flight.
         raise FlightEnded(f"the flight ended at t = {context.get_time():.3f} s: {error}", log()) from error
     return log()
 

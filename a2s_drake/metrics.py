@@ -7,12 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from a2s_drake.flight import Flight
-from a2s_drake.mpc.planner import Fallback
-
-FloatArray = NDArray[np.float64]
+from a2s_drake.arrays import FloatArray
+from a2s_drake.flight import Fallback, Flight
 
 OUTAGE_THRESHOLDS_DB = (0.0, 3.0, 6.0, 9.0, 12.0)
 

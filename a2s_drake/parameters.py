@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-GRAVITY = 9.81  # Standard gravity as Drake uses it, m/s^2.
+GRAVITY = 9.81  # Drake's default, m/s^2.
 
 LAWS = ("three_axis", "pitch_only", "level")
 FALLBACKS = ("nearest", "zero", "index_zero")
@@ -36,22 +36,22 @@ class Airframe:
     """The tilted hexarotor: a rigid body with six rotors at 60 deg spacing, the first on the body's +x axis."""
 
     # Mass, kg (Table I).
-    mass: float = _number(2.57, above=0.0)
+    mass: float = _number(2.57, at_least=1e-3, at_most=1e4)
     # Principal moments of inertia about the body axes, kg m^2 (Table I).
-    inertia: list[float] = _vector(0.11, 0.11, 0.19, above=0.0)
+    inertia: list[float] = _vector(0.11, 0.11, 0.19, at_least=1e-6, at_most=1e5)
     # Distance of each rotor hub from the centre of mass, m (public constant of the airframe family).
-    arm_length: float = _number(0.38998, above=0.0)
+    arm_length: float = _number(0.38998, at_least=1e-3, at_most=100.0)
     # Tilt of each thrust axis about its own arm, alternating in sign from rotor to rotor, deg (same).
     tilt_deg: float = _number(20.0, at_least=0.0, below=90.0)
     # Thrust per squared rotor speed, N/Hz^2 (same).
-    thrust_coefficient: float = _number(11.75e-4, above=0.0)
+    thrust_coefficient: float = _number(11.75e-4, at_least=1e-9, at_most=1e3)
     # Rotor drag torque per thrust, m (same).
-    drag_to_thrust: float = _number(0.0203, at_least=0.0)
+    drag_to_thrust: float = _number(0.0203, at_least=0.0, at_most=10.0)
     # -1: the drag torque opposes the yaw moment that the tilt makes; +1: it adds to it. A reading, not in the paper.
     drag_sign: int = _number(-1, choices=(-1, 1))
     # Lowest and highest rotor speed, Hz (Table I).
-    rotor_speed_min: float = _number(16.0, at_least=0.0)
-    rotor_speed_max: float = _number(100.0, above=0.0)
+    rotor_speed_min: float = _number(16.0, at_least=0.0, at_most=1e4)
+    rotor_speed_max: float = _number(100.0, above=0.0, at_most=1e4)
 
 
 @dataclass
@@ -59,19 +59,19 @@ class Link:
     """The two-ray radio link: carrier, sea reflection, both antennas and the power budget."""
 
     # Carrier frequency, Hz (Table I).
-    carrier_hz: float = _number(3.0e9, above=0.0)
+    carrier_hz: float = _number(3.0e9, at_least=1e6, at_most=1e12)
     # Speed of light, m/s (SI). The paper's own wavelength of about 10 cm suggests 3e8.
-    speed_of_light: float = _number(299792458.0, above=0.0)
+    speed_of_light: float = _number(299792458.0, at_least=1e8, at_most=1e9)
     # Magnitude gamma of the sea's reflection coefficient (Table I); its phase is pi.
     reflection_magnitude: float = _number(0.8, at_least=0.0, at_most=1.0)
     # Antenna phase centre in the body frame, m (Table I).
-    antenna_offset: list[float] = _vector(0.39, 0.39, 0.195)
+    antenna_offset: list[float] = _vector(0.39, 0.39, 0.195, at_least=-100.0, at_most=100.0)
     # Height of the ship's antenna above the sea, m (Table I).
-    ship_antenna_height: float = _number(10.0, above=0.0)
+    ship_antenna_height: float = _number(10.0, above=0.0, at_most=1e4)
     # Transmit power, dBm (Table I).
-    transmit_power_dbm: float = _number(10.0)
+    transmit_power_dbm: float = _number(10.0, at_least=-300.0, at_most=300.0)
     # Noise power, dBm (Table I).
-    noise_power_dbm: float = _number(-80.0)
+    noise_power_dbm: float = _number(-80.0, at_least=-300.0, at_most=300.0)
 
     @property
     def wavelength(self) -> float:
@@ -89,16 +89,16 @@ class Mission:
     """Where UAV and ship go: the UAV once around a circle, the ship along a straight line; then both stand still."""
 
     # Duration T of the manoeuvre, s (Table I).
-    duration: float = _number(40.0, above=0.0, at_most=86400.0)
+    duration: float = _number(40.0, at_least=1e-3, at_most=86400.0)
     # Radius of the UAV's circle, m (Table I).
-    radius: float = _number(2.65, at_least=0.0)
+    radius: float = _number(2.65, at_least=0.0, at_most=1e4)
     # First point of the circle, m, world frame; its centre lies one radius towards -x (section V of the paper).
-    start: list[float] = _vector(0.0, 0.0, 0.0)
+    start: list[float] = _vector(0.0, 0.0, 0.0, at_least=-1e5, at_most=1e5)
     # Height of the sea surface in the world frame, m (section II of the paper).
-    sea_level: float = _number(-20.0)
+    sea_level: float = _number(-20.0, at_least=-1e5, at_most=1e5)
     # First and last horizontal position (x, y) of the ship, m, world frame (Table I).
-    ship_start: list[float] = _vector(90.0, 0.0)
-    ship_end: list[float] = _vector(100.0, 0.0)
+    ship_start: list[float] = _vector(90.0, 0.0, at_least=-1e6, at_most=1e6)
+    ship_end: list[float] = _vector(100.0, 0.0, at_least=-1e6, at_most=1e6)
 
 
 @dataclass
@@ -108,14 +108,14 @@ class AttitudeLaw:
     # three_axis: the paper's proposal; pitch_only and level: its two benchmarks.
     name: str = _choice("three_axis", LAWS)
     # Half-width of the Euler-angle box that makes a candidate feasible (the set M_f), deg.
-    candidate_limit_deg: float = _number(15.0, above=0.0, at_most=180.0)
+    candidate_limit_deg: float = _number(15.0, at_least=1e-3, at_most=180.0)
     # What to do where no candidate is feasible; see `a2s_drake.attitude_law`.
     fallback: str = _choice("nearest", FALLBACKS)
     # Soft-min temperature tau, 1/rad^2 (Table I).
-    temperature: float = _number(7.0, above=0.0)
+    temperature: float = _number(7.0, at_least=1e-6, at_most=1e6)
     # First and last fringe index of the candidate set M (Table I).
-    index_min: int = _number(-50)
-    index_max: int = _number(50)
+    index_min: int = _number(-50, at_least=-100_000, at_most=100_000)
+    index_max: int = _number(50, at_least=-100_000, at_most=100_000)
 
     @property
     def candidate_limit(self) -> float:
@@ -130,25 +130,25 @@ class Mpc:
     # osqp: one Gauss-Newton QP a sample (real-time iteration); ipopt: the whole nonlinear program a sample.
     solver: str = _choice("osqp", SOLVERS)
     # Sampling period T_s, s, and number N of periods in the horizon (Table I).
-    period: float = _number(0.02, above=0.0)
+    period: float = _number(0.02, at_least=1e-4, at_most=10.0)
     horizon: int = _number(30, at_least=1, at_most=1000)
     # Stage and terminal weights, each times the identity (Table I). The paper prints Q_p,N = Q_p and Q_eta,N = Q_eta
     # and is silent on the other two terminal weights; they equal their stage weights here.
-    position_weight: float = _number(100.0, above=0.0)  # 1/m^2
-    attitude_weight: float = _number(50.0, above=0.0)  # 1/rad^2
-    velocity_weight: float = _number(1.0, at_least=0.0)  # s^2/m^2
-    angular_velocity_weight: float = _number(10.0, at_least=0.0)  # s^2/rad^2
-    input_weight: float = _number(3.2e-8, at_least=0.0)  # 1/Hz^4
+    position_weight: float = _number(100.0, at_least=1e-9, at_most=1e9)  # 1/m^2
+    attitude_weight: float = _number(50.0, at_least=1e-9, at_most=1e9)  # 1/rad^2
+    velocity_weight: float = _number(1.0, at_least=0.0, at_most=1e9)  # s^2/m^2
+    angular_velocity_weight: float = _number(10.0, at_least=0.0, at_most=1e9)  # s^2/rad^2
+    input_weight: float = _number(3.2e-8, at_least=0.0, at_most=1.0)  # 1/Hz^4
     # Largest magnitude on each axis: Euler angle, deg; velocity, m/s; body angular velocity, rad/s (Table I).
-    attitude_limit_deg: float = _number(15.0, above=0.0, below=90.0)
-    velocity_limit: float = _number(1.0, above=0.0)
-    angular_velocity_limit: float = _number(1.0, above=0.0)
+    attitude_limit_deg: float = _number(15.0, at_least=1e-3, below=90.0)
+    velocity_limit: float = _number(1.0, at_least=1e-3, at_most=1e3)
+    angular_velocity_limit: float = _number(1.0, at_least=1e-3, at_most=1e3)
     # Corners of the operating region A, m, world frame (not given in the paper).
-    position_lower: list[float] = _vector(-10.0, -10.0, -10.0)
-    position_upper: list[float] = _vector(10.0, 10.0, 10.0)
+    position_lower: list[float] = _vector(-10.0, -10.0, -10.0, at_least=-1e5, at_most=1e5)
+    position_upper: list[float] = _vector(10.0, 10.0, 10.0, at_least=-1e5, at_most=1e5)
     # Absolute and relative tolerance of the QP, and its iteration limit.
-    qp_tolerance: float = _number(1e-5, above=0.0, below=1.0)
-    qp_max_iterations: int = _number(4000, at_least=1)
+    qp_tolerance: float = _number(1e-5, at_least=1e-12, at_most=0.1)
+    qp_max_iterations: int = _number(4000, at_least=1, at_most=1_000_000)
 
     @property
     def attitude_limit(self) -> float:
@@ -161,8 +161,8 @@ class Simulation:
     """How the continuous plant is integrated between the controller's samples, and for how long."""
 
     # Length of the flight, s; null means the mission's duration.
-    duration: float | None = _number(None, above=0.0, at_most=86400.0)
+    duration: float | None = _number(None, at_least=1e-4, at_most=86400.0)
     # Drake's name of the fixed-step integration scheme.
     integrator: str = _choice("runge_kutta3", INTEGRATORS)
     # Largest integration step, s.
-    max_step_size: float = _number(0.01, above=0.0)
+    max_step_size: float = _number(0.01, at_least=1e-6, at_most=1.0)

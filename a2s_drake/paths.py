@@ -3,12 +3,10 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
+from a2s_drake.arrays import FloatArray
 from a2s_drake.parameters import Mission, Mpc
-
-FloatArray = NDArray[np.float64]
 
 
 def _progress(time: FloatArray, duration: float) -> FloatArray:

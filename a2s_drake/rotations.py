@@ -3,13 +3,9 @@
 Convention everywhere: eta = [roll, pitch, yaw] and R_WB(eta) = Rz(yaw) Ry(pitch) Rx(roll).
 """
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-# float64, or object arrays that hold AutoDiffXd.
-Array = NDArray[Any]
+from a2s_drake.arrays import Array
 
 
 def rotation_matrix(eta: Array) -> Array:

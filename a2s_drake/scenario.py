@@ -6,17 +6,15 @@ from pathlib import Path
 from typing import Any, Self, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data, yaml_load_typed
 
 from a2s_drake.airframe import hover_input
+from a2s_drake.arrays import FloatArray
 from a2s_drake.attitude_law import affine_phase, nearest_fringe
 from a2s_drake.checks import ScenarioError, check_inertia, check_order, check_part, refuse
 from a2s_drake.parameters import Airframe, AttitudeLaw, Link, Mission, Mpc, Simulation
 from a2s_drake.paths import ship_position, uav_position, uav_velocity
 from a2s_drake.rotations import rotation_matrix
-
-FloatArray = NDArray[np.float64]
 
 # More samples than this in one flight is a slip of the keyboard: at 20 ms it is more than two days.
 _MAX_SAMPLES = 10_000_000
@@ -68,15 +66,15 @@ class Scenario:
         try:
             document = yaml_load_data(text)
         except Exception as error:  # The YAML library's errors share no base class that Drake exports.
-            raise ScenarioError(f"{source}: not YAML: {_one_line(error)}") from error
+            raise ScenarioError(f"{source}: cannot be read as YAML: {_one_line(error)}") from error
         if name is not None:
             if not isinstance(document, dict) or name not in document:
                 known = ", ".join(document) if isinstance(document, dict) else "none"
                 raise ScenarioError(f"{source}: no scenario named {name!r}; there are: {known}")
             document = document[name]
         scenario = cls()
-        for section, settings in _items(document or {}, source):
-            for key, value in _items(settings or {}, f"{source}: {section}"):
+        for section, settings in _items(document, source):
+            for key, value in _items(settings, f"{source}: {section}"):
                 scenario = scenario.with_value(f"{section}.{key}", value)
         return scenario
 
@@ -158,14 +156,17 @@ class Scenario:
         low, high = self.airframe.rotor_speed_min, self.airframe.rotor_speed_max
         speed = float(np.sqrt(hover_input(self.airframe).max()))
         if not low <= speed <= high:
-            allowed = f"hover takes {speed:.2f} Hz, which must lie within the rotor speeds {low!r}..{high!r} Hz"
-            raise refuse("airframe.mass", self.airframe.mass, allowed)
+            raise ScenarioError(
+                f"airframe.mass = {self.airframe.mass!r} with airframe.thrust_coefficient = "
+                f"{self.airframe.thrust_coefficient!r}: hover takes {speed:.2f} Hz, which must lie within "
+                f"airframe.rotor_speed_min..max = {low!r}..{high!r} Hz"
+            )
 
     def _check_altitude(self) -> None:
         altitude = self.mission.start[2] - self.mission.sea_level
         if altitude <= 0.0:
-            below = f"the UAV would fly {-altitude:g} m below the sea; must be below mission.start[2]"
-            raise refuse("mission.sea_level", self.mission.sea_level, f"{below} = {self.mission.start[2]!r}")
+            start = f"mission.start[2] = {self.mission.start[2]!r}, the UAV's height"
+            raise refuse("mission.sea_level", self.mission.sea_level, f"must be below {start}")
         # Yaw moves nothing up or down, so a grid over roll and pitch shows how far the antenna can dip.
         angles = self.mpc.attitude_limit * np.linspace(-1.0, 1.0, 61)
         eta = np.stack([*np.meshgrid(angles, angles), np.zeros((61, 61))], axis=-1)
@@ -207,6 +208,8 @@ class Scenario:
 
 
 def _items(document: Any, source: str) -> Iterable[tuple[Any, Any]]:
+    if document is None:  # as YAML reads a key with nothing behind it
+        return ()
     if not isinstance(document, dict):
         raise ScenarioError(f"{source}: must be a map of settings, is {document!r}")
     return document.items()

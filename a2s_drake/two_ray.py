@@ -10,8 +10,9 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
+from a2s_drake.arrays import Array
 from a2s_drake.parameters import Link
-from a2s_drake.rotations import Array, rotation_matrix
+from a2s_drake.rotations import rotation_matrix
 
 
 def antenna_position(position: Array, eta: Array, link: Link) -> Array:

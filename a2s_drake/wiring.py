@@ -1,7 +1,7 @@
 """The last step of every builder: nothing may be left unconnected."""
 
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, System
 
 
 class WiringError(ValueError):
@@ -11,6 +11,13 @@ class WiringError(ValueError):
 def _is_optional(port: InputPort) -> bool:
     """A plant's inputs other than the spatial forces default to zero or stay unused without a scene graph."""
     return isinstance(port.get_system(), MultibodyPlant) and port.get_name() != "applied_spatial_force"
+
+
+def export_outputs(builder: DiagramBuilder, *systems: System) -> None:
+    """Exports every output port of some systems under the port's own name."""
+    for system in systems:
+        for port in map(system.get_output_port, range(system.num_output_ports())):
+            builder.ExportOutput(port, port.get_name())
 
 
 def build_wired(builder: DiagramBuilder, name: str) -> Diagram:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pydrake.systems.framework import Diagram
 
+from a2s_drake.checks import ScenarioError
 from a2s_drake.scenario import Scenario
 from diagrams.airframe_only import build_airframe_only
 from diagrams.closed_loop import build_closed_loop
@@ -23,12 +24,19 @@ def load_scenario(name_or_path: str) -> Scenario:
     """A scenario by its name in `scenarios.yaml`, or from a YAML file of one's own. Does not validate.
 
     Raises:
-      ScenarioError: for an unknown name, or a file that does not hold a scenario.
-      OSError: for a file that cannot be read.
+      ScenarioError: for an unknown name, or a file that cannot be read or does not hold a scenario.
     """
     path = Path(name_or_path)
     if path.suffix in (".yaml", ".yml"):
-        return Scenario.from_yaml(path.read_text(encoding="utf-8"), source=str(path))
+        try:
+            text = path.read_text(encoding="utf-8")
+        except OSError as error:
+            raise ScenarioError(f"{path}: {error.strerror}") from error
+        except UnicodeDecodeError as error:
+            raise ScenarioError(f"{path}: is not UTF-8 text") from error
+        return Scenario.from_yaml(text, source=str(path))
+    if path.is_file():
+        raise ScenarioError(f"{path}: a scenario file ends in .yaml or .yml")
     return Scenario.from_yaml(SCENARIOS.read_text(encoding="utf-8"), name=name_or_path, source=SCENARIOS.name)
 
 

@@ -4,7 +4,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from a2s_drake.airframe import add_airframe
 from a2s_drake.scenario import Scenario
-from a2s_drake.wiring import build_wired
+from a2s_drake.wiring import build_wired, export_outputs
 
 
 def build_airframe_only(scenario: Scenario | None = None) -> Diagram:
@@ -22,7 +22,5 @@ def build_airframe_only(scenario: Scenario | None = None) -> Diagram:
     builder = DiagramBuilder()
     airframe = add_airframe(builder, scenario.airframe, scenario.mission.start)
     builder.ExportInput(airframe.GetInputPort("rotor_speed_squared"), "rotor_speed_squared")
-    for index in range(airframe.num_output_ports()):
-        port = airframe.get_output_port(index)
-        builder.ExportOutput(port, port.get_name())
+    export_outputs(builder, airframe)
     return build_wired(builder, "airframe_only")

@@ -6,7 +6,7 @@ from a2s_drake.airframe import add_airframe
 from a2s_drake.mpc.controller import MpcController
 from a2s_drake.scenario import Scenario
 from a2s_drake.two_ray import TwoRayChannel
-from a2s_drake.wiring import build_wired
+from a2s_drake.wiring import build_wired, export_outputs
 from diagrams.reference import add_reference
 
 
@@ -36,8 +36,5 @@ def build_closed_loop(scenario: Scenario | None = None) -> Diagram:
     builder.Connect(airframe.GetOutputPort("vehicle_state"), channel.GetInputPort("vehicle_state"))
     builder.Connect(ship.GetOutputPort("ship_position"), channel.GetInputPort("ship_position"))
 
-    for block in (airframe, mpc, channel):
-        for index in range(block.num_output_ports()):
-            port = block.get_output_port(index)
-            builder.ExportOutput(port, port.get_name())
+    export_outputs(builder, airframe, mpc, channel)
     return build_wired(builder, "closed_loop")

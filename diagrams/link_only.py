@@ -6,7 +6,7 @@ from pydrake.systems.primitives import ConstantVectorSource, Multiplexer
 
 from a2s_drake.scenario import Scenario
 from a2s_drake.two_ray import TwoRayChannel
-from a2s_drake.wiring import build_wired
+from a2s_drake.wiring import build_wired, export_outputs
 from diagrams.reference import add_reference
 
 
@@ -35,7 +35,5 @@ def build_link_only(scenario: Scenario | None = None) -> Diagram:
     builder.Connect(ship.GetOutputPort("ship_position"), channel.GetInputPort("ship_position"))
 
     builder.ExportOutput(state.get_output_port(), "vehicle_state")
-    for index in range(channel.num_output_ports()):
-        port = channel.get_output_port(index)
-        builder.ExportOutput(port, port.get_name())
+    export_outputs(builder, channel)
     return build_wired(builder, "link_only")

@@ -1,8 +1,11 @@
-"""What the scripts share: naming a scenario on the command line, flying it, writing its results."""
+"""What the scripts share: their command line, flying a scenario, writing its results."""
 
 import argparse
 import os
+import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import NoReturn
 
 from tqdm import tqdm
 
@@ -15,13 +18,43 @@ class UsageError(Exception):
     """Input that cannot be worked with; a script prints its one line and returns 2."""
 
 
+class Parser(argparse.ArgumentParser):
+    """An argument parser that raises UsageError where others print and exit."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raises UsageError."""
+        raise UsageError(message)
+
+
+def run(main: Callable[[], int]) -> NoReturn:
+    """Ends the process with a script's exit code; 130 on an interrupt that the script does not handle itself."""
+    try:
+        code = main()
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        print("error: interrupted", file=sys.stderr)
+        code = 130
+    except BrokenPipeError:
+        # The reader of our output has left; what there was to write to disk is written.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 0
+    sys.exit(code)
+
+
 def add_scenario_arguments(parser: argparse.ArgumentParser, default: str) -> None:
-    """Adds `[SCENARIO] [--set section.field=value ...] [--duration S]`."""
+    """Adds `[SCENARIO] [--set section.field=value ...] [--duration S] [--out DIR]`."""
     help_text = "a name in diagrams/scenarios.yaml or a YAML file (default: %(default)s)"
     parser.add_argument("scenario", nargs="?", default=default, metavar="SCENARIO", help=help_text)
-    help_text = "change fields of the scenario, e.g. --set mpc.horizon=20 link.carrier_hz=5.8e9"
+    help_text = "change fields of the scenario, e.g. --set mpc.horizon=20 mission.radius=2"
     parser.add_argument("--set", nargs="+", action="extend", default=[], metavar="a.b=value", help=help_text)
-    parser.add_argument("--duration", metavar="S", help="length of the flight, s (default: the mission's)")
+    parser.add_argument("--duration", type=float, metavar="S", help="length of the flight, s (default: the mission's)")
+    parser.add_argument("--out", type=_folder, metavar="DIR", help="where to write (default: below results/)")
+
+
+def _folder(text: str) -> Path:
+    if not text:
+        raise argparse.ArgumentTypeError("must name a folder")
+    return Path(text)
 
 
 def resolve_scenario(arguments: argparse.Namespace, overrides: list[str]) -> Scenario:
@@ -34,13 +67,14 @@ def resolve_scenario(arguments: argparse.Namespace, overrides: list[str]) -> Sce
         overrides = [*overrides, f"simulation.duration={arguments.duration}"]
     try:
         return load_scenario(arguments.scenario).with_overrides([*arguments.set, *overrides]).validate()
-    except (ScenarioError, OSError, UnicodeDecodeError) as error:
+    except ScenarioError as error:
         raise UsageError(error) from error
 
 
 def default_folder(arguments: argparse.Namespace) -> Path:
-    """Where results go unless `--out` says otherwise: results/<scenario>."""
-    return Path("results") / Path(arguments.scenario).stem
+    """Where results go unless `--out` says otherwise: results/<scenario>; a kept scenario.yaml goes by its folder."""
+    path = Path(arguments.scenario)
+    return Path("results") / (path.parent.name if path.stem == "scenario" else path.stem)
 
 
 def make_folder(folder: Path) -> None:

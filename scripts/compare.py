@@ -1,8 +1,6 @@
 """Flies the three laws over one scenario and prints them side by side, with two pictures."""
 
-import argparse
 import sys
-from pathlib import Path
 
 from a2s_drake import FlightEnded
 from a2s_drake.campaign import fly_each, worker_processes
@@ -14,16 +12,17 @@ from scripts import common
 
 def main(argv: list[str] | None = None) -> int:
     """Returns 0; 2 for input that cannot be flown; 1 for a flight that ended early; 130 when interrupted."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = common.Parser(description=__doc__)
     common.add_scenario_arguments(parser, default="paper_calibrated")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="default: results/<scenario>")
     parser.add_argument("--jobs", type=int, default=2, help="flights at a time (default: %(default)s)")
-    arguments = parser.parse_args(argv)
-    folder = arguments.out or common.default_folder(arguments)
     try:
-        scenarios = {law: common.resolve_scenario(arguments, [f"attitude_law.name={law}"]) for law in LAWS}
+        arguments = parser.parse_args(argv)
+        folder = arguments.out or common.default_folder(arguments)
+        if any(text.startswith("attitude_law.name=") for text in arguments.set):
+            raise common.UsageError("--set attitude_law.name: all laws are flown; scripts/simulate.py flies one")
         if arguments.jobs < 1:
             raise common.UsageError(f"--jobs {arguments.jobs}: must be at least 1")
+        scenarios = {law: common.resolve_scenario(arguments, [f"attitude_law.name={law}"]) for law in LAWS}
         common.make_folder(folder)
     except common.UsageError as error:
         print(f"error: {error}", file=sys.stderr)
@@ -35,8 +34,10 @@ def main(argv: list[str] | None = None) -> int:
                 done[law] = flight
                 common.write_results(flight, folder / law)
     except (FlightEnded, KeyboardInterrupt) as ended:
+        if isinstance(ended, FlightEnded):
+            common.write_results(ended.flight, folder / ended.flight.scenario.attitude_law.name)
         kept = ", ".join(done) or "none"
-        print(f"error: {str(ended) or 'interrupted'}; flights done and kept in {folder}: {kept}", file=sys.stderr)
+        print(f"error: {str(ended) or 'interrupted'}; flown to the end and kept in {folder}: {kept}", file=sys.stderr)
         return 1 if isinstance(ended, FlightEnded) else 130
     flights = {law: done[law] for law in LAWS}
     channel_gain_figure(list(flights.values())).savefig(folder / "channel_gain.png", dpi=200)
@@ -47,4 +48,4 @@ def main(argv: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    common.run(main)

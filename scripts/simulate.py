@@ -1,8 +1,6 @@
 """Flies one scenario in closed loop and writes scenario.yaml, flight.npz and metrics.json."""
 
-import argparse
 import sys
-from pathlib import Path
 
 from a2s_drake import FlightEnded, FlightInterrupted, compute_metrics
 from a2s_drake.parameters import LAWS
@@ -11,13 +9,13 @@ from scripts import common
 
 def main(argv: list[str] | None = None) -> int:
     """Returns 0; 2 for input that cannot be flown; 1 for a flight that ended early; 130 for an interrupted one."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = common.Parser(description=__doc__)
     common.add_scenario_arguments(parser, default="paper")
-    parser.add_argument("--law", choices=LAWS, help="the attitude law, short for --set attitude_law.name=...")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="default: results/<scenario>/<law>")
-    arguments = parser.parse_args(argv)
+    parser.add_argument("--law", choices=LAWS, help="the attitude law; wins over --set attitude_law.name=...")
     try:
-        scenario = common.resolve_scenario(arguments, [f"attitude_law.name={arguments.law}"] if arguments.law else [])
+        arguments = parser.parse_args(argv)
+        law = [] if arguments.law is None else [f"attitude_law.name={arguments.law}"]
+        scenario = common.resolve_scenario(arguments, law)
         folder = arguments.out or common.default_folder(arguments) / scenario.attitude_law.name
         common.make_folder(folder)
     except common.UsageError as error:
@@ -41,4 +39,4 @@ def main(argv: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    common.run(main)

@@ -45,10 +45,3 @@ def fly() -> Callable[..., Flight]:
         return flown[key]
 
     return fly_once
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Sends all tests that share flights to one worker, so that no flight is flown twice."""
-    for item in items:
-        if "fly" in getattr(item, "fixturenames", ()):
-            item.add_marker(pytest.mark.xdist_group("flights"))

@@ -1,10 +1,11 @@
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue, InitializeAutoDiff
+from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 
 from a2s_drake import AttitudeLaw, AttitudeReference, Link, attitude_reference
 from a2s_drake.attitude_law import affine_phase, nearest_fringe, soft_min
@@ -149,6 +150,12 @@ def test_clip_uses_the_attitude_box_and_feasibility_the_candidate_box() -> None:
     assert np.abs(narrow).max() == pytest.approx(math.radians(5.0))
 
 
+def test_a_little_sensitivity_is_enough() -> None:
+    link = Link(antenna_offset=[1e-6, 1e-6, 0.0])
+    eta = attitude_reference(UAV[np.newaxis], SHIP[np.newaxis], link, AttitudeLaw(), BOX)
+    assert np.abs(eta).max() == pytest.approx(BOX)
+
+
 @pytest.mark.parametrize("fallback", ["nearest", "zero", "index_zero"])
 def test_without_sensitivity_the_law_stays_level(fallback: str) -> None:
     # An antenna at the centre of mass cannot be moved by turning.
@@ -196,26 +203,48 @@ def test_block_on_the_planned_path_is_the_offline_reference(planned_geometry) ->
     np.testing.assert_array_equal(evaluate(dut, position, ship, "attitude_reference"), expected[0])
 
 
-@pytest.mark.parametrize(
-    ("name", "fallback", "row"),
-    [("three_axis", "nearest", 0), ("three_axis", "zero", 300), ("pitch_only", "nearest", 0), ("level", "zero", 0)]
-    + [("three_axis", fallback, 545) for fallback in ("nearest", "zero", "index_zero")],
-)
-def test_block_differentiates(name: str, fallback: str, row: int, planned_geometry) -> None:
-    position, ship = (rows[row : row + 2].ravel() for rows in planned_geometry)
-    dut = AttitudeReference(Link(), AttitudeLaw(name=name, fallback=fallback), BOX, 1)
-    step = 1e-6
-    columns = [
-        evaluate(dut, position + step * e, ship, "attitude_preview")
-        - evaluate(dut, position - step * e, ship, "attitude_preview")
-        for e in np.eye(6)
-    ]
-    expected = np.column_stack(columns) / (2.0 * step)
+def test_block_answers_to_either_input_alone(planned_geometry) -> None:
+    position, ship = (rows[:2] for rows in planned_geometry)
+    dut = AttitudeReference(Link(), AttitudeLaw(), BOX, 1)
+    context = dut.CreateDefaultContext()
+    ports = [dut.GetOutputPort(name) for name in ("attitude_reference", "attitude_preview")]
+    seen = []
+    for name, values in (("position_preview", position), ("ship_preview", ship), ("ship_preview", ship + 0.3)):
+        dut.GetInputPort(name).FixValue(context, values.ravel())
+        if name == "ship_preview":
+            seen.append([port.Eval(context).copy() for port in ports])
+    dut.GetInputPort("position_preview").FixValue(context, position.ravel() + 0.1)
+    seen.append([port.Eval(context).copy() for port in ports])
+    for before, after in pairwise(seen):
+        assert all((b != a).any() for b, a in zip(before, after, strict=True))
 
-    taped = dut.ToAutoDiffXd()
-    result = evaluate(taped, InitializeAutoDiff(position), np.array([AutoDiffXd(x) for x in ship]), "attitude_preview")
-    np.testing.assert_allclose(ExtractValue(result).ravel(), evaluate(dut, position, ship, "attitude_preview"))
+
+GEOMETRIES = [("three_axis", "nearest", 0), ("three_axis", "zero", 300), ("pitch_only", "nearest", 0)]
+GEOMETRIES += [("level", "zero", 0)] + [("three_axis", fallback, 545) for fallback in ("nearest", "zero", "index_zero")]
+
+
+@pytest.mark.parametrize(("name", "fallback", "row"), GEOMETRIES)
+def test_block_differentiates_by_both_inputs(name: str, fallback: str, row: int, planned_geometry) -> None:
+    point = np.concatenate([rows[row : row + 2].ravel() for rows in planned_geometry])
+    dut = AttitudeReference(Link(), AttitudeLaw(name=name, fallback=fallback), BOX, 1)
+
+    def reference(block: AttitudeReference, inputs: np.ndarray) -> np.ndarray:
+        return evaluate(block, inputs[:6], inputs[6:], "attitude_preview")
+
+    step = 1e-6
+    columns = [reference(dut, point + step * e) - reference(dut, point - step * e) for e in np.eye(12)]
+    expected = np.column_stack(columns) / (2.0 * step)
+    result = reference(dut.ToAutoDiffXd(), InitializeAutoDiff(point).ravel())
+    np.testing.assert_allclose(ExtractValue(result).ravel(), reference(dut, point))
     gradient = ExtractGradient(result)
     if gradient.size == 0:  # constants (level, or clipped on every axis) carry no derivatives
-        gradient = np.zeros((6, 6))
+        gradient = np.zeros((6, 12))
     np.testing.assert_allclose(gradient, expected, atol=1e-6 * max(1.0, np.abs(expected).max()))
+
+
+@pytest.mark.parametrize("fallback", ["nearest", "zero", "index_zero"])
+def test_block_differentiates_without_sensitivity(fallback: str, planned_geometry) -> None:
+    position, ship = (rows[:2] for rows in planned_geometry)
+    dut = AttitudeReference(Link(antenna_offset=[0.0, 0.0, 0.0]), AttitudeLaw(fallback=fallback), BOX, 1).ToAutoDiffXd()
+    taped = InitializeAutoDiff(np.concatenate([position.ravel(), ship.ravel()])).ravel()
+    assert (ExtractValue(evaluate(dut, taped[:6], taped[6:], "attitude_preview")) == 0.0).all()

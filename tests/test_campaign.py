@@ -52,5 +52,5 @@ def test_an_interrupt_ends_the_comparison_at_once_and_keeps_what_was_done(group:
         process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=20.0)
     assert process.returncode == 130
-    assert err == f"error: interrupted; flights done and kept in {tmp_path}: none\n"
+    assert err == f"error: interrupted; flown to the end and kept in {tmp_path}: none\n"
     assert out == ""

@@ -1,5 +1,8 @@
+import dataclasses
+
 import numpy as np
 
+from a2s_drake import Scenario
 from a2s_drake.comparison import comparison_table
 from tests.flights import SAMPLES, made_up_flight
 
@@ -16,5 +19,13 @@ def test_table_sets_gains_beside_the_papers() -> None:
     assert "+20.00 %" in lines[3]
     assert "+11.4 %" in lines[3]
     assert "+25.00 %" in lines[4]
-    assert "paper" not in lines[5]
     assert lines[3].split()[-1] == "1.6"  # 0.08 s flown in 0.05 s
+
+
+def test_another_mission_has_no_figures_in_the_paper() -> None:
+    scenario = Scenario().with_value("mission.radius", 2.0)
+    flights = {
+        law: dataclasses.replace(made_up_flight(law), scenario=scenario)
+        for law in ("three_axis", "pitch_only", "level")
+    }
+    assert "22.2" not in comparison_table(flights)

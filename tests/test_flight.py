@@ -11,6 +11,7 @@ from a2s_drake.airframe import add_airframe
 from a2s_drake.flight import array_names
 from a2s_drake.mpc.controller import MpcController
 from a2s_drake.two_ray import TwoRayChannel
+from a2s_drake.wiring import export_outputs
 from diagrams import build_closed_loop, build_link_only
 from diagrams.reference import add_reference
 
@@ -123,9 +124,7 @@ def sabotaged_loop(scenario: Scenario, time: float, action) -> Diagram:
     builder.Connect(airframe.GetOutputPort("vehicle_state"), mpc.GetInputPort("vehicle_state"))
     builder.Connect(airframe.GetOutputPort("vehicle_state"), channel.GetInputPort("vehicle_state"))
     builder.Connect(ship.GetOutputPort("ship_position"), channel.GetInputPort("ship_position"))
-    for block in (airframe, mpc, channel):
-        for index in range(block.num_output_ports()):
-            builder.ExportOutput(block.get_output_port(index), block.get_output_port(index).get_name())
+    export_outputs(builder, airframe, mpc, channel)
     return build_wired(builder, "sabotaged")
 
 

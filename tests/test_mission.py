@@ -6,9 +6,11 @@ import pytest
 from a2s_drake import Flight, compute_metrics, run_flight
 from a2s_drake.flight import array_names
 from a2s_drake.metrics import gain_percent
+from a2s_drake.mpc.solve import RealTimeIteration, WholeProgram, solve_to_convergence
 from a2s_drake.parameters import LAWS
 from a2s_drake.scenario import Scenario
 from diagrams import build_closed_loop
+from tests.tracking import ROTOR_RANGE, hover_from, model_of, reference_at
 
 
 @pytest.fixture
@@ -37,13 +39,14 @@ def test_every_law_stays_within_its_bounds_without_a_solver_failure(law: str, ca
     assert metrics["bounds"]["rotor_speed"]["worst_excess"] == 0.0
     for bound in metrics["bounds"].values():
         assert bound["worst_excess_of_range"] <= 1e-3
+    assert len(calibrated[law].time) == 2001
     assert (calibrated[law].rotor_speed >= 16.0).all()
     assert (calibrated[law].rotor_speed <= 100.0).all()
 
 
+@pytest.mark.slow  # a reading of the machine, so not in the default suite
 @pytest.mark.parametrize("law", LAWS)
-def test_every_law_flies_the_whole_mission_faster_than_real_time(law: str, calibrated: dict[str, Flight]) -> None:
-    assert len(calibrated[law].time) == 2001
+def test_every_law_flies_faster_than_real_time(law: str, calibrated: dict[str, Flight]) -> None:
     assert compute_metrics(calibrated[law])["real_time_factor"] > 1.0
 
 
@@ -103,3 +106,39 @@ def test_whole_program_flies_like_the_real_time_iteration(fly) -> None:
     assert whole.solver_success.all()
     np.testing.assert_allclose(whole.position, rti.position, atol=2e-3)
     np.testing.assert_allclose(whole.attitude, rti.attitude, atol=np.deg2rad(0.1))
+
+
+def state_at(flight: Flight, k: int) -> np.ndarray:
+    return np.concatenate([flight.position[k], flight.attitude[k], flight.velocity[k], flight.angular_velocity[k]])
+
+
+@pytest.mark.parametrize("sample", [0, 100, 194, 300, 478, 650, 805, 1000, 1325, 1879])
+def test_settled_rti_is_the_solution_of_the_whole_program(sample: int, fly) -> None:
+    # The states come from the flight; jumps of the reference lie just ahead of samples 194, 478, 805, 1325 and 1879.
+    flight = fly("paper_calibrated")
+    scenario = flight.scenario
+    x0 = state_at(flight, sample)
+    model, reference, guess = model_of(scenario), reference_at(scenario, sample), hover_from(scenario, x0)
+    settled = solve_to_convergence(
+        RealTimeIteration(model, scenario.airframe, scenario.mpc), x0, reference, guess, change=1e-6
+    )
+    whole = WholeProgram(model, scenario.airframe, scenario.mpc).solve(x0, reference, guess)
+    assert settled.plan is not None
+    assert whole.plan is not None
+    assert np.abs(settled.plan.input[0] - whole.plan.input[0]).max() <= 0.01 * ROTOR_RANGE
+
+
+@pytest.mark.parametrize("sample", [0, 100, 194, 478, 1325])
+def test_qp_accuracy(sample: int, fly) -> None:
+    # What the README states: the applied input lies within 0.01 % of the rotor range of the QP's solution.
+    flight = fly("paper_calibrated")
+    scenario = flight.scenario
+    x0 = state_at(flight, sample)
+    exact = scenario.with_overrides(["mpc.qp_tolerance=1e-9", "mpc.qp_max_iterations=100000"])
+    plans = [
+        RealTimeIteration(model_of(s), s.airframe, s.mpc).solve(x0, reference_at(s, sample), hover_from(s, x0)).plan
+        for s in (scenario, exact)
+    ]
+    assert plans[0] is not None
+    assert plans[1] is not None
+    assert np.abs(plans[0].input[0] - plans[1].input[0]).max() <= 1e-4 * ROTOR_RANGE

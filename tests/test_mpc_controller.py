@@ -135,6 +135,13 @@ def test_a_plan_shifted_to_its_end_is_dropped(scenario: Scenario) -> None:
     assert dropped == [True] + 29 * [False] + 6 * [True]
 
 
+def test_hover_is_no_plan_to_go_on_with(scenario: Scenario) -> None:
+    planner = RecordingPlanner(Fallback.HOVER)
+    simulator = simulate(MpcController(scenario.airframe, scenario.mpc, planner))
+    simulator.AdvanceTo(0.05)
+    assert [previous is None for _, _, previous in planner.asked] == [True, True, True]
+
+
 def test_rotor_speeds_depend_on_no_input_directly(scenario: Scenario) -> None:
     # Sampled state stands between every input and every output, so a loop through the plant is no algebraic loop.
     assert not MpcController(scenario.airframe, scenario.mpc, RecordingPlanner()).HasAnyDirectFeedthrough()

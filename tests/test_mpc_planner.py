@@ -5,7 +5,7 @@ from a2s_drake import Scenario
 from a2s_drake.airframe import hover_input
 from a2s_drake.mpc.plan import Plan, Reference
 from a2s_drake.mpc.planner import Decision, Fallback, Planner
-from a2s_drake.mpc.program import input_bounds
+from a2s_drake.mpc.program import input_bounds, state_bounds
 from a2s_drake.mpc.solve import Solution
 
 AT_REST = Reference(np.zeros((31, 3)), np.zeros((31, 3)))
@@ -49,6 +49,7 @@ def test_solved_problem_is_no_fallback(scenario: Scenario) -> None:
     decision = dut.decide(np.zeros(12), AT_REST, some_plan())
     assert (decision.fallback, decision.iterations, solver.calls) == (Fallback.NONE, 7, [False])
     np.testing.assert_array_equal(decision.plan.input, answer.input)
+    assert decision.objective == pytest.approx(3.2e-8 * (answer.input**2).sum())
 
 
 def test_first_the_bounds_are_softened(scenario: Scenario) -> None:
@@ -68,6 +69,7 @@ def test_then_the_previous_plan_is_shifted(failure: object, scenario: Scenario) 
     np.testing.assert_array_equal(decision.plan.input[:-1], previous.input[1:])
     np.testing.assert_array_equal(decision.plan.input[-1], previous.input[-1])
     np.testing.assert_array_equal(decision.plan.state[:-1], previous.state[1:])
+    np.testing.assert_array_equal(decision.plan.state[-1], dut.model.step(previous.state[-1], previous.input[-1], 0.02))
 
 
 def test_then_the_vehicle_hovers(scenario: Scenario) -> None:
@@ -102,9 +104,11 @@ def test_inputs_are_clipped_to_the_rotor_bounds(scenario: Scenario) -> None:
     assert_can_be_applied(dut.decide(np.zeros(12), AT_REST, some_plan()), scenario)
 
 
-@pytest.mark.parametrize("size", [1e10, 1e80, 1e160, 1e300])
+@pytest.mark.parametrize("solver", ["osqp", "ipopt"])
+@pytest.mark.parametrize("size", [1.01e3, 1e10, 1e80, 1e160, 1e300])
 @pytest.mark.parametrize("entries", [slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12), slice(0, 12)])
-def test_finite_but_absurd_states_get_an_answer(entries: slice, size: float, scenario: Scenario) -> None:
+def test_finite_but_absurd_states_get_an_answer(entries: slice, size: float, solver: str, scenario: Scenario) -> None:
+    scenario.mpc.solver = solver
     dut = Planner(scenario.airframe, scenario.mpc)
     state = np.zeros(12)
     state[entries] = size
@@ -112,6 +116,14 @@ def test_finite_but_absurd_states_get_an_answer(entries: slice, size: float, sce
         decision = dut.decide(state, AT_REST, previous)
         assert decision.fallback is not Fallback.NONE
         assert_can_be_applied(decision, scenario)
+
+
+def test_softening_finds_an_answer_where_many_bounds_are_broken(scenario: Scenario, rng: np.random.Generator) -> None:
+    dut = Planner(scenario.airframe, scenario.mpc)
+    _, upper = state_bounds(scenario.mpc)
+    fallbacks = [dut.decide(rng.uniform(-1.5, 1.5, 12) * upper, AT_REST, None).fallback for _ in range(10)]
+    assert set(fallbacks) <= {Fallback.NONE, Fallback.SOFTENED}
+    assert Fallback.SOFTENED in fallbacks
 
 
 @pytest.mark.parametrize("solver", ["osqp", "ipopt"])

@@ -69,32 +69,71 @@ def test_overrides_change_only_what_they_name() -> None:
     assert back == Scenario()
 
 
+numeric_fields = [
+    f"{section.name}.{entry.name}"
+    for section in dataclasses.fields(Scenario)
+    for entry in dataclasses.fields(section.default_factory)
+    if "choices" not in entry.metadata
+]
+
+
+@given(st.sampled_from(numeric_fields), st.floats() | st.integers() | st.sampled_from([0, -1, 1e-300, 1e300, -1e300]))
+def test_any_number_in_any_field_is_either_flown_or_refused_in_one_line(field: str, value: float) -> None:
+    part = getattr(Scenario(), field.split(".")[0])
+    if isinstance(getattr(part, field.split(".")[1]), list):
+        value = [value] * len(getattr(part, field.split(".")[1]))
+    try:
+        Scenario().with_value(field, value).validate()
+    except ScenarioError as refusal:
+        assert "\n" not in str(refusal)
+
+
+@pytest.mark.parametrize("field", numeric_fields)
+@pytest.mark.parametrize("value", [1e300, -1e300])
+def test_no_field_goes_without_limits(field: str, value: float) -> None:
+    section, name = field.split(".")
+    entry = getattr(getattr(Scenario(), section), name)
+    dut = Scenario()
+    setattr(getattr(dut, section), name, [value] * len(entry) if isinstance(entry, list) else value)
+    with pytest.raises(ScenarioError, match=field):
+        dut.validate()
+
+
+def test_an_empty_document_is_table_i() -> None:
+    assert Scenario.from_yaml("") == Scenario.from_yaml("{mpc: }") == Scenario()
+
+
 @pytest.mark.parametrize(
     ("override", "field", "reason"),
     [
-        ("airframe.mass=-1", "airframe.mass = -1.0", "above 0"),
+        ("airframe.mass=-1", "airframe.mass = -1.0", "at least 0.001"),
         ("airframe.mass=.nan", "airframe.mass = nan", "finite"),
         ("link.carrier_hz=.inf", "link.carrier_hz = inf", "finite"),
         ("link.antenna_offset=[0, .nan, 0]", "link.antenna_offset", "finite"),
         ("airframe.inertia=[0.1, 0.1]", "airframe.inertia = [0.1, 0.1]", "3 entries, has 2"),
-        ("airframe.inertia=[0.1, -0.1, 0.1]", "airframe.inertia", "above 0"),
+        ("airframe.inertia=[0.1, -0.1, 0.1]", "airframe.inertia", "at least 1e-06"),
         ("airframe.inertia=[0.1, 0.1, 0.3]", "airframe.inertia", "sum of the other two"),
         ("airframe.drag_sign=0", "airframe.drag_sign = 0", "-1, 1"),
         ("airframe.rotor_speed_min=100", "airframe.rotor_speed_min = 100.0", "below airframe.rotor_speed_max = 100.0"),
         ("airframe.mass=8", "airframe.mass = 8.0", "hover takes 108.84 Hz"),
-        ("airframe.thrust_coefficient=0.05", "airframe.mass = 2.57", "hover takes"),
-        ("mission.sea_level=0", "mission.sea_level = 0.0", "below the sea"),
+        (
+            "airframe.thrust_coefficient=0.02",
+            "airframe.mass = 2.57 with airframe.thrust_coefficient",
+            "hover takes",
+        ),
+        ("mission.sea_level=0", "mission.sea_level = 0.0", "below mission.start[2] = 0.0"),
+        ("mission.start=[0, 0, -25]", "mission.sea_level = -20.0", "below mission.start[2] = -25.0"),
         ("mission.sea_level=-0.01", "link.antenna_offset", "below the UAV"),
         ("link.ship_antenna_height=-1", "link.ship_antenna_height = -1.0", "above 0"),
         ("link.reflection_magnitude=1.1", "link.reflection_magnitude = 1.1", "at most 1"),
         ("mission.duration=20", "mission.duration = 20.0", "at least 26.1"),
-        ("mission.duration=0", "mission.duration = 0.0", "above 0"),
+        ("mission.duration=0", "mission.duration = 0.0", "at least 0.001"),
         ("mpc.velocity_limit=0.5", "mission.duration = 40.0", "at least 52.3"),
         ("simulation.duration=0.01", "simulation.duration = 0.01", "at least one period"),
         ("mpc.horizon=0", "mpc.horizon = 0", "at least 1"),
-        ("mpc.period=0", "mpc.period = 0.0", "above 0"),
-        ("mpc.period=-0.02", "mpc.period = -0.02", "above 0"),
-        ("mpc.period=1e-9", "mpc.period = 1e-09", "samples"),
+        ("mpc.period=0", "mpc.period = 0.0", "at least 0.0001"),
+        ("mpc.period=-0.02", "mpc.period = -0.02", "at least 0.0001"),
+        ("mpc.period=1e-9", "mpc.period = 1e-09", "at least 0.0001"),
         ("mpc.position_lower=[-5, -5, -5]", "mpc.position_lower", "operating region"),
         ("mpc.position_upper=[10, 10, -10]", "mpc.position_lower", "below mpc.position_upper"),
         ("mpc.solver=snopt", "mpc.solver = 'snopt'", "osqp, ipopt"),
@@ -141,7 +180,9 @@ def test_refuses_overrides_that_name_nothing(override: str, reason: str) -> None
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("[1, 2", "not YAML"),
+        ("[1, 2", "cannot be read as YAML"),
+        ("0", "must be a map"),
+        ("{airframe: []}", "must be a map"),
         ("[1, 2]", "must be a map"),
         ("{airframe: 3}", "must be a map"),
         ("{airframe: {mas: 3}}", "airframe.mas: no such field"),

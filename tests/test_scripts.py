@@ -1,5 +1,7 @@
 import json
 import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -57,10 +59,13 @@ def test_simulate_takes_overrides_in_order_and_in_groups(tmp_path: Path) -> None
     ("arguments", "reason"),
     [
         (["papper"], "no scenario named 'papper'"),
-        (["nowhere.yaml"], "No such file"),
-        (["paper", "--set", "airframe.mass=-1"], "airframe.mass = -1.0: must be finite, above 0.0"),
+        (["nowhere.yaml"], "nowhere.yaml: No such file or directory"),
+        (["pyproject.toml"], "pyproject.toml: a scenario file ends in .yaml or .yml"),
+        (["paper", "--law"], "--law"),
+        (["paper", "--fast"], "--fast"),
+        (["paper", "--set", "airframe.mass=-1"], "airframe.mass = -1.0: must be finite, at least 0.001"),
         (["paper", "--set", "mass=1"], "mass: no such section"),
-        (["paper", "--duration", "soon"], "simulation.duration = 'soon'"),
+        (["paper", "--duration", "soon"], "invalid float value: 'soon'"),
         (["paper", "--duration", "-3"], "simulation.duration = -3.0"),
         (["paper", "--set", "mission.sea_level=-24"], "attitude_law.index_max = 50"),
     ],
@@ -73,6 +78,33 @@ def test_bad_input_prints_one_line_and_writes_nothing(script, arguments, reason,
     assert printed.err.count("\n") == 1
     assert printed.out == ""
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["--jobs", "0"], "--jobs 0: must be at least 1"),
+        (["--set", "attitude_law.name=level"], "all laws are flown"),
+    ],
+)
+def test_compare_refuses_what_it_would_ignore(arguments: list[str], reason: str, tmp_path: Path, capsys) -> None:
+    assert compare.main(["paper", *arguments, "--out", str(tmp_path / "out")]) == 2
+    assert reason in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_empty_folder_name_is_refused(capsys) -> None:
+    assert simulate.main(["paper", "--out", ""]) == 2
+    assert "must name a folder" in capsys.readouterr().err
+
+
+def test_a_reader_that_leaves_is_no_error(tmp_path: Path) -> None:
+    command = (
+        f"{sys.executable} scripts/simulate.py paper --duration 0.1 --out {tmp_path} | true; exit ${{PIPESTATUS[0]}}"
+    )
+    process = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert (process.returncode, process.stderr) == (0, "")
+    assert (tmp_path / "metrics.json").exists()
 
 
 @pytest.mark.parametrize("script", [simulate, compare])

@@ -90,6 +90,20 @@ def test_block_serves_the_functions() -> None:
 
 
 @pytest.mark.parametrize("port", ["channel_gain", "snr_db", "spectral_efficiency", "phase_difference"])
+def test_block_answers_to_either_input_alone(port: str) -> None:
+    dut, state = channel(np.zeros(3))
+    context = dut.CreateDefaultContext()
+    dut.GetInputPort("vehicle_state").FixValue(context, state)
+    seen = []
+    for ship in (SHIP, SHIP + 0.1):
+        dut.GetInputPort("ship_position").FixValue(context, ship)
+        seen.append(dut.GetOutputPort(port).Eval(context)[0])
+    dut.GetInputPort("vehicle_state").FixValue(context, state + 0.05)
+    seen.append(dut.GetOutputPort(port).Eval(context)[0])
+    assert len(set(seen)) == 3
+
+
+@pytest.mark.parametrize("port", ["channel_gain", "snr_db", "spectral_efficiency", "phase_difference"])
 def test_block_differentiates(port: str) -> None:
     dut, state = channel(np.array([0.12, -0.07, 0.05]))
 

@@ -1,7 +1,8 @@
 import pytest
 from pydrake.systems.framework import DiagramBuilder
 
-from a2s_drake import Link, TwoRayChannel, WiringError, build_wired
+from a2s_drake import Airframe, Link, TwoRayChannel, WiringError, build_wired
+from a2s_drake.airframe import make_plant
 
 
 def test_refuses_dangling_inputs_by_name() -> None:
@@ -18,3 +19,11 @@ def test_builds_and_names_what_is_whole() -> None:
     for name in ("ship_position", "vehicle_state"):
         builder.ExportInput(channel.GetInputPort(name), name)
     assert build_wired(builder, "radio").get_name() == "radio"
+
+
+def test_a_plant_needs_its_spatial_forces_and_nothing_else() -> None:
+    builder = DiagramBuilder()
+    plant, _ = make_plant(Airframe())
+    builder.AddNamedSystem("plant", plant)
+    with pytest.raises(WiringError, match=r"bare leaves inputs unconnected: plant: applied_spatial_force$"):
+        build_wired(builder, "bare")

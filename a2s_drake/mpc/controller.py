@@ -13,7 +13,8 @@ from a2s_drake.parameters import Airframe, Mpc
 # of the plan, and the `Fallback` in force.
 SolverStatus = namedview("SolverStatus", ["success", "iterations", "objective", "fallback"])
 
-# What the clock state holds: the time of the last decision, and how many samples in a row the plan was only shifted.
+# What the clock state holds: the time of the last decision, and how many samples in a row the plan was only shifted;
+# at the horizon's length there is nothing left of it.
 _Clock = namedview("_Clock", ["time", "shifts"])
 _NEVER = -np.inf
 
@@ -41,7 +42,7 @@ class MpcController(LeafSystem):
     """
 
     def __init__(self, airframe: Airframe, mpc: Mpc, planner: Planner | None = None) -> None:
-        """Args: the vehicle, the settings, and a planner of one's own in place of the one they make."""
+        """A controller for a vehicle under some settings, with a planner of one's own in place of the one they make."""
         LeafSystem.__init__(self)
         self._planner = planner or Planner(airframe, mpc)
         self._horizon = mpc.horizon
@@ -97,7 +98,8 @@ class MpcController(LeafSystem):
         self._store(decision, context.get_time(), shifts, discrete_state)
 
     def _store(self, decision: Decision, time: float, shifts: int, discrete_state: DiscreteValues) -> None:
-        blind = decision.fallback in (Fallback.SHIFTED_PLAN, Fallback.HOVER)
+        # Hover is no plan to go on with: as after a plan shifted to its end, the next decision starts afresh.
+        shifts = {Fallback.SHIFTED_PLAN: shifts + 1, Fallback.HOVER: self._horizon}.get(decision.fallback, 0)
         status = SolverStatus(np.zeros(4))
         status.success = float(decision.fallback is Fallback.NONE)
         status.iterations = decision.iterations
@@ -106,4 +108,4 @@ class MpcController(LeafSystem):
         discrete_state.set_value(self._states, decision.plan.state.ravel())
         discrete_state.set_value(self._inputs, decision.plan.input.ravel())
         discrete_state.set_value(self._status, status[:])
-        discrete_state.set_value(self._clock, _Clock([time, shifts + 1.0 if blind else 0.0])[:])
+        discrete_state.set_value(self._clock, _Clock([time, shifts])[:])

@@ -7,13 +7,11 @@ Everything is batched over leading axes in NumPy, so one call serves a whole hor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from a2s_drake.airframe import wrench_map
+from a2s_drake.arrays import FloatArray
 from a2s_drake.parameters import GRAVITY, Airframe
 from a2s_drake.rotations import rotation_matrix, skew
-
-FloatArray = NDArray[np.float64]
 
 NUM_STATES = 12
 NUM_INPUTS = 6

@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from a2s_drake.arrays import FloatArray
 from a2s_drake.mpc.model import ATTITUDE, NUM_STATES, POSITION, RATE, VELOCITY, RigidBodyModel
 from a2s_drake.parameters import Mpc
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

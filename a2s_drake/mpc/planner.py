@@ -4,16 +4,18 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from a2s_drake.airframe import hover_input
+from a2s_drake.arrays import FloatArray
 from a2s_drake.mpc.model import ATTITUDE, NUM_STATES, POSITION, RigidBodyModel
 from a2s_drake.mpc.plan import Plan, Reference, hold, tracking_cost
-from a2s_drake.mpc.program import input_bounds
-from a2s_drake.mpc.solve import SOLVERS, Solution, TrackingSolver, solve_to_convergence
+from a2s_drake.mpc.program import input_bounds, state_bounds
+from a2s_drake.mpc.solve import Solution, TrackingSolver, make_solver, solve_to_convergence
 from a2s_drake.parameters import Airframe, Mpc
 
-FloatArray = NDArray[np.float64]
+# States beyond this many times their bounds reach no solver. No plan could help there, and the dynamics overflow over
+# the horizon, which solvers answer with anything from an error message to a crash.
+_SOLVABLE_SHARE = 100.0
 
 
 class Fallback(IntEnum):
@@ -51,9 +53,10 @@ class Planner:
     def __init__(self, airframe: Airframe, mpc: Mpc, solver: TrackingSolver | None = None) -> None:
         self.model = RigidBodyModel.of(airframe)
         self._mpc = mpc
-        self._solver = solver or SOLVERS[mpc.solver](self.model, airframe, mpc)
+        self._solver = solver or make_solver(self.model, airframe, mpc)
         self._input_bounds = input_bounds(airframe)
-        self._hover = np.clip(hover_input(airframe), *self._input_bounds)
+        self._solvable = _SOLVABLE_SHARE * np.abs(state_bounds(mpc)).max(axis=0)
+        self._hover = hover_input(airframe)
 
     def hover_plan(self, x0: FloatArray) -> Plan:
         """Hover thrust held from a state (12,)."""
@@ -77,7 +80,7 @@ class Planner:
         if shifted is not None and not shifted.is_finite():
             shifted = None
         iterations = 0
-        if np.isfinite(x0).all() and reference.is_finite():
+        if (np.abs(x0) <= self._solvable).all() and reference.is_finite():  # False for NaN
             guess = shifted or self.hover_plan(x0)
             for fallback in (Fallback.NONE, Fallback.SOFTENED):
                 cold = shifted is None and fallback is Fallback.NONE
@@ -104,7 +107,7 @@ class Planner:
 
 
 def _finite_start(x0: FloatArray) -> FloatArray:
-    """A state to predict hover from: level and at rest, where the vehicle is as far as that is known."""
+    """A state to predict hover from: at rest, where and how the vehicle is as far as that is known."""
     start = np.zeros(NUM_STATES)
     for known in (POSITION, ATTITUDE):
         if np.isfinite(x0[known]).all():

@@ -7,15 +7,13 @@ reach a solver, so that all decision variables are of order one.
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 from pydrake.solvers import MathematicalProgram, MathematicalProgramResult
 
+from a2s_drake.arrays import FloatArray
 from a2s_drake.mpc.model import NUM_INPUTS, NUM_STATES, RigidBodyModel
 from a2s_drake.mpc.plan import Plan, Reference, state_weights
 from a2s_drake.parameters import Airframe, Mpc
-
-FloatArray = NDArray[np.float64]
 
 INPUT_SCALE = 1.0e4  # Hz^2 per unit of the scaled input.
 
@@ -23,6 +21,8 @@ INPUT_SCALE = 1.0e4  # Hz^2 per unit of the scaled input.
 # lies well above the multipliers of the hard bounds (the largest over all named scenarios and laws is 34), so the
 # penalty is exact: where the hard program has a solution, the softened one has the same.
 SOFT_LINEAR, SOFT_QUADRATIC = 1.0e3, 1.0e4
+
+_OVERFLOWED = 1.0e10
 
 # Position and attitude are the states that follow a reference.
 _TRACKED = slice(0, 6)
@@ -139,10 +139,16 @@ class NonlinearProgram(TrackingProgram):
 
     def __init__(self, model: RigidBodyModel, airframe: Airframe, mpc: Mpc, *, soft: bool = False) -> None:
         super().__init__(model, airframe, mpc, soft=soft)
+        self._taped_calls = 0
         still = np.zeros(NUM_STATES)
         for r in range(mpc.horizon):
             variables = np.concatenate([self._x[r], self._u[r], self._x[r + 1]])
             self.prog.AddConstraint(self._defect, still, still, variables)
+
+    @property
+    def gradient_evaluations(self) -> int:
+        """How often a solver has asked for the gradients of all stages."""
+        return self._taped_calls // self._mpc.horizon
 
     def _defect(self, variables: Any) -> Any:
         """h_d(x_r, u_r) - x_{r+1}; for AutoDiffXd the analytic Jacobian is chained by hand."""
@@ -151,8 +157,14 @@ class NonlinearProgram(TrackingProgram):
         x, u, following = np.split(values, [NUM_STATES, NUM_STATES + NUM_INPUTS])
         u = INPUT_SCALE * u
         if not taped:
-            return self._model.step(x, u, self._mpc.period) - following
-        reached, slope = self._model.linearized_step(x, u, self._mpc.period)
+            return _finite(self._model.step(x, u, self._mpc.period)) - following
+        self._taped_calls += 1
+        reached, slope = map(_finite, self._model.linearized_step(x, u, self._mpc.period))
         slope[:, NUM_STATES:] *= INPUT_SCALE
         gradient = np.hstack([slope, -np.eye(NUM_STATES)]) @ ExtractGradient(variables)
         return InitializeAutoDiff(reached - following, gradient)
+
+
+def _finite(values: FloatArray) -> FloatArray:
+    """Overflowed values as very large ones: IPOPT backs away from those, but crashes on infinities."""
+    return np.nan_to_num(values, nan=_OVERFLOWED, posinf=_OVERFLOWED, neginf=-_OVERFLOWED)
