@@ -4,10 +4,11 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help run test test-slow check format clean
+.PHONY: help run reproduce test test-slow check format clean
 
 help:
 	@echo "make run        fly the paper's mission under its three laws and print the comparison"
+	@echo "make reproduce  vary every reading of the paper and write the report"
 	@echo "make test       check, then run the test suite"
 	@echo "make test-slow  the long flights that make test leaves out"
 	@echo "make check      ruff (lint and format) and mypy"
@@ -23,6 +24,9 @@ $(VENV)/installed: pyproject.toml
 
 run: $(VENV)/installed
 	$(BIN)/python scripts/compare.py paper_calibrated
+
+reproduce: $(VENV)/installed
+	$(BIN)/python scripts/reproduce.py
 
 check: $(VENV)/installed
 	$(BIN)/ruff check .

@@ -83,7 +83,7 @@ class Flight:
         scenario = Scenario.from_yaml(
             (folder / "scenario.yaml").read_text(encoding="utf-8"), source=str(folder / "scenario.yaml")
         )
-        with np.load(folder / "flight.npz") as archive:
+        with (folder / "flight.npz").open("rb") as file, np.load(file) as archive:
             return cls(scenario, **{name: archive[name] for name in array_names()})
 
 

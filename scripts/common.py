@@ -98,6 +98,24 @@ def fly(scenario: Scenario, row: int = 0) -> Flight:
         return run_flight(build_closed_loop(scenario), scenario, bar.update)
 
 
+def fly_quietly(scenario: Scenario, _place: int) -> Flight:
+    """Flies a validated scenario in closed loop, without a progress bar of its own."""
+    return run_flight(build_closed_loop(scenario), scenario)
+
+
+def check_jobs(jobs: int) -> None:
+    """Raises UsageError unless there is at least one flight at a time."""
+    if jobs < 1:
+        raise UsageError(f"--jobs {jobs}: must be at least 1")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Writes a file whole: an interrupt leaves the old one or the new one."""
+    part = path.with_name(path.name + ".part")
+    part.write_text(text, encoding="utf-8")
+    part.replace(path)
+
+
 def write_results(flight: Flight, folder: Path) -> None:
     """Writes scenario.yaml, flight.npz and, where there is a sample to measure, metrics.json."""
     flight.save(folder)

@@ -5,7 +5,7 @@ import sys
 from a2s_drake import FlightEnded
 from a2s_drake.campaign import fly_each, worker_processes
 from a2s_drake.comparison import comparison_table
-from a2s_drake.figures import attitude_figure, channel_gain_figure
+from a2s_drake.figures import attitude_figure, channel_gain_figure, save_figure
 from a2s_drake.parameters import LAWS
 from scripts import common
 
@@ -20,8 +20,7 @@ def main(argv: list[str] | None = None) -> int:
         folder = arguments.out or common.default_folder(arguments)
         if any(text.startswith("attitude_law.name=") for text in arguments.set):
             raise common.UsageError("--set attitude_law.name: all laws are flown; scripts/simulate.py flies one")
-        if arguments.jobs < 1:
-            raise common.UsageError(f"--jobs {arguments.jobs}: must be at least 1")
+        common.check_jobs(arguments.jobs)
         scenarios = {law: common.resolve_scenario(arguments, [f"attitude_law.name={law}"]) for law in LAWS}
         common.make_folder(folder)
     except common.UsageError as error:
@@ -40,10 +39,10 @@ def main(argv: list[str] | None = None) -> int:
         print(f"error: {str(ended) or 'interrupted'}; flown to the end and kept in {folder}: {kept}", file=sys.stderr)
         return 1 if isinstance(ended, FlightEnded) else 130
     flights = {law: done[law] for law in LAWS}
-    channel_gain_figure(list(flights.values())).savefig(folder / "channel_gain.png", dpi=200)
-    attitude_figure(flights["three_axis"]).savefig(folder / "attitude.png", dpi=200)
+    save_figure(channel_gain_figure(flights), folder / "channel_gain")
+    save_figure(attitude_figure(flights["three_axis"]), folder / "attitude")
     print(comparison_table(flights))
-    print(f"\nflights and pictures (channel_gain.png, attitude.png) are in {folder}")
+    print(f"\nflights and pictures (channel_gain, attitude; PNG and SVG) are in {folder}")
     return 0
 
 

@@ -1,0 +1,30 @@
+"""Figures of Flights and studies: plain matplotlib Figures at column width, no pyplot state; save with `savefig`."""
+
+from a2s_drake.figures.attitude import attitude_error_figure, attitude_figure, reference_figure
+from a2s_drake.figures.ceiling import affine_error_figure, ceiling_figure
+from a2s_drake.figures.geometry import geometry_figure
+from a2s_drake.figures.hangs_on import readings_figure
+from a2s_drake.figures.limits import angular_velocity_figure, rotor_speed_figure, velocity_figure
+from a2s_drake.figures.link import channel_gain_figure, outage_figure
+from a2s_drake.figures.path import position_figure, trajectory_figure
+from a2s_drake.figures.style import LAW_LABELS, LAW_STYLES, save_figure
+
+__all__ = [
+    "LAW_LABELS",
+    "LAW_STYLES",
+    "affine_error_figure",
+    "angular_velocity_figure",
+    "attitude_error_figure",
+    "attitude_figure",
+    "ceiling_figure",
+    "channel_gain_figure",
+    "geometry_figure",
+    "outage_figure",
+    "position_figure",
+    "readings_figure",
+    "reference_figure",
+    "rotor_speed_figure",
+    "save_figure",
+    "trajectory_figure",
+    "velocity_figure",
+]

@@ -1,0 +1,76 @@
+"""The gallery: every figure of the report, by file name, with its caption."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from a2s_drake import figures
+from a2s_drake.flight import Flight
+from a2s_drake.ideal import Geometry, phase_errors
+from a2s_drake.scenario import Scenario
+
+# File name: figure, caption.
+Gallery = dict[str, tuple[Figure, str]]
+
+
+def paper_gallery(flights: Mapping[str, Flight]) -> Gallery:
+    """The paper's figures, redrawn from the headline flights by law."""
+    flight = flights["three_axis"]
+    return {
+        "geometry": (
+            figures.geometry_figure(),
+            "The two rays in the vertical plane of the link. Turning the UAV moves the antenna from the hollow dot to "
+            "the full one, which changes both path lengths. Not to scale.",
+        ),
+        "trajectory": (
+            figures.trajectory_figure(flight),
+            "Flown trajectories of UAV and ship, and the UAV's circle from above.",
+        ),
+        "position": (
+            figures.position_figure(flights),
+            "Position against time under the three-axis law, and the distance from the plan under each law.",
+        ),
+        "channel_gain": (figures.channel_gain_figure(flights), "Channel gain under the three laws."),
+        "outage": (
+            figures.outage_figure(flights),
+            "Share of the mission with an SNR below a threshold; dots at 0, 3, 6, 9 and 12 dB.",
+        ),
+        "reference": (figures.reference_figure(flight), "Communication-optimal Euler angles: what the law asks for."),
+        "attitude_error": (
+            figures.attitude_error_figure(flight),
+            "Tracking error: flown minus asked-for angles.",
+        ),
+        "attitude": (figures.attitude_figure(flight), "Flown against asked-for attitude, axis by axis."),
+        "velocity": (figures.velocity_figure(flight), "Velocity of the centre of mass and its bounds."),
+        "angular_velocity": (
+            figures.angular_velocity_figure(flight),
+            "Angular velocity in the body frame, its bounds.",
+        ),
+        "rotor_speed": (figures.rotor_speed_figure(flight), "The six rotor speeds and their bounds."),
+    }
+
+
+def study_gallery(results: Mapping[str, Any], printed: Scenario) -> Gallery:
+    """The figures of what the paper leaves open, from the report's numbers and the scenario of Table I as printed."""
+    geometry = Geometry.of(printed)
+    gallery: Gallery = {
+        "affine_phase_error": (
+            figures.affine_error_figure(geometry.time, phase_errors(printed, geometry)),
+            "Error of the affine phase on the boundary of the attitude box. A fringe is 6.28 rad wide.",
+        )
+    }
+    if "readings" in results:
+        ceilings = [(row["name"], row["kind"], row["gain_percent"]) for row in results["ceilings"]]
+        gallery |= {
+            "readings": (
+                figures.readings_figure(results["readings"], results["paper_gain_percent"]),
+                "How far each reading moves the headline, one at a time, from either base. All flown in closed loop.",
+            ),
+            "ceiling": (
+                figures.ceiling_figure(ceilings, results["ideal"]["ceiling_percent"]["box"]),
+                "Gain over level, and its share of the best in the box: ceilings (hatched), ideal tracking of Table I "
+                "(light) and closed loop (dark).",
+            ),
+        }
+    return gallery

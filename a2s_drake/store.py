@@ -1,0 +1,96 @@
+"""Store: flights kept on disk, so that none is flown twice and an interrupted campaign goes on where it was."""
+
+import hashlib
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor
+from importlib.metadata import version
+from pathlib import Path
+
+from a2s_drake.campaign import fly_each
+from a2s_drake.flight import Flight
+from a2s_drake.metrics import write_metrics
+from a2s_drake.scenario import Scenario
+
+# Modules of this package that look at flights or decide which to fly; no number in a flight hangs on them.
+_LOOKS_ON = {
+    *("figures", "gallery.py", "report.py", "table_one.py", "metrics.py", "comparison.py", "reproduction.py"),
+    *("ceiling.py", "ideal.py", "errata.py", "readings.py", "campaign.py", "store.py", "__init__.py"),
+}
+
+
+def code_digest(*packages: Path) -> str:
+    """A digest of the Python sources below some folders, but for those that only look on.
+
+    A flight belongs to the code that flew it: with other code it is flown again.
+    """
+    digest = hashlib.sha256()
+    for package in packages:
+        for source in sorted(package.rglob("*.py")):
+            name = source.relative_to(package)
+            if name.parts[0] not in _LOOKS_ON:
+                digest.update(name.as_posix().encode() + b"\0" + source.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+class FlightStore:
+    """A folder of flights, each in a folder of its own named by all it hangs on: scenario, code, Drake and NumPy."""
+
+    def __init__(self, folder: Path, code: str) -> None:
+        """A store in a folder, which is made where it is missing, for flights of the code with some digest."""
+        folder.mkdir(parents=True, exist_ok=True)
+        self._folder = folder
+        self._maker = f"{code} drake {version('drake')} numpy {version('numpy')}"
+
+    def place(self, scenario: Scenario) -> Path:
+        """Where a scenario's flight is or will be kept."""
+        content = f"{scenario.to_yaml()}\n{self._maker}"
+        return self._folder / hashlib.sha256(content.encode()).hexdigest()[:16]
+
+    def find(self, scenario: Scenario) -> Flight | None:
+        """The kept flight of a scenario. None where there is none, or, with a warning, where it is damaged."""
+        place = self.place(scenario)
+        if not place.exists():
+            return None
+        try:
+            flight = Flight.load(place)
+            if flight.scenario != scenario or len(flight.time) != len(scenario.sample_times()):
+                raise ValueError("it holds another flight")
+        except Exception as error:  # noqa: BLE001 - a damaged file may fail in any way
+            reason = " ".join(str(error).split())
+            warnings.warn(f"{place / 'flight.npz'} is damaged and is flown again: {reason}", stacklevel=2)
+            return None
+        return flight
+
+    def keep(self, flight: Flight) -> None:
+        """Keeps a flight; an interrupt leaves each file old or new, never half written."""
+        place = self.place(flight.scenario)
+        flight.save(place)
+        write_metrics(flight, place)
+
+
+def fly_kept(
+    scenarios: Mapping[str, Scenario],
+    fly: Callable[[Scenario, int], Flight],
+    store: FlightStore,
+    executor: Executor,
+) -> Iterator[tuple[str, Flight]]:
+    """Flights by name: first those kept, then, as they are done and kept, the others. See `campaign.fly_each`.
+
+    Equal scenarios under several names are flown once.
+    """
+    names: dict[Path, list[str]] = {}
+    for name, scenario in scenarios.items():
+        names.setdefault(store.place(scenario), []).append(name)
+    missing: dict[str, Scenario] = {}
+    for place, (first, *_) in names.items():
+        kept = store.find(scenarios[first])
+        if kept is None:
+            missing[first] = scenarios[first]
+            continue
+        for name in names[place]:
+            yield name, kept
+    for first, flight in fly_each(missing, fly, executor):
+        store.keep(flight)
+        for name in names[store.place(scenarios[first])]:
+            yield name, flight

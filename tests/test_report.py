@@ -1,0 +1,130 @@
+import os
+import shutil
+import subprocess
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from a2s_drake.figures import geometry_figure, save_figure
+from a2s_drake.gallery import paper_gallery, study_gallery
+from a2s_drake.report import report_html
+from a2s_drake.reproduction import HEADLINE, PRINTED, collect_results, headline_flights, planned_flights
+from diagrams import load_scenario
+from tests.test_reproduction import made_up
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A whole report of made-up flights."""
+    folder = tmp_path_factory.mktemp("report")
+    bases = {name: load_scenario(name) for name in (HEADLINE, PRINTED)}
+    flights = made_up(planned_flights(bases))
+    results = collect_results(bases, flights)
+    paper = paper_gallery(headline_flights(flights))
+    gallery = paper | study_gallery(results, bases[PRINTED])
+    for name, (figure, _) in gallery.items():
+        save_figure(figure, folder / name)
+    captions = {name: caption for name, (_, caption) in gallery.items()}
+    path = folder / "report.html"
+    path.write_text(report_html(results, captions, folder, bases[HEADLINE], list(paper)), encoding="utf-8")
+    return path
+
+
+class Collector(HTMLParser):
+    VOID = ("meta", "img", "br", "link")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.links: list[str] = []
+        self.ids: list[str] = []
+        self.text = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in self.VOID:
+            self.open.append(tag)
+        for name, value in attrs:
+            if name in ("src", "href"):
+                self.links.append(value or "")
+            if name == "id":
+                self.ids.append(value or "")
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+@pytest.fixture
+def dut(page: Path) -> Collector:
+    collector = Collector()
+    collector.feed(page.read_text(encoding="utf-8"))
+    return collector
+
+
+def test_page_is_balanced_and_shows_every_figure_once(dut: Collector) -> None:
+    assert dut.open == []
+    expected = ["geometry", "trajectory", "position", "channel_gain", "outage", "reference", "attitude_error"]
+    expected += ["attitude", "velocity", "angular_velocity", "rotor_speed", "readings", "ceiling", "affine_phase_error"]
+    assert dut.ids == expected
+
+
+def test_page_holds_all_it_shows(dut: Collector, page: Path) -> None:
+    assert len(dut.links) == 14
+    assert all(link.startswith("data:image/svg+xml;base64,") for link in dut.links)
+    assert "url(" not in page.read_text(encoding="utf-8").split("<body>")[0]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "+50.00 %",
+        "+20.00 %",
+        "+22.2 %",
+        "+11.4 %",
+        "28.5 deg",
+        "index_zero",
+        "drag adds to tilt",
+        "tilt 35 deg",
+        "J_a",
+        "43.24 %",
+    ],
+)
+def test_page_says(words: str, dut: Collector) -> None:
+    assert words in dut.text
+
+
+def test_same_results_give_the_same_page(page: Path) -> None:
+    geometry = page.parent / "geometry.svg"
+    again = page.parent / "again"
+    save_figure(geometry_figure(), again)
+    assert again.with_suffix(".svg").read_bytes() == geometry.read_bytes()
+
+
+PROBE = """<script>addEventListener("load", () => {
+  const page = document.documentElement, found = document.body.dataset;
+  found.images = [...document.images].filter(image => image.complete && image.naturalWidth > 0).length;
+  found.overflow = page.scrollWidth - page.clientWidth;
+  found.fetched = performance.getEntriesByType("resource").filter(entry => !entry.name.startsWith("data:")).length;
+});</script></body>"""
+
+
+@pytest.mark.parametrize("width", [360, 1400])
+def test_page_in_a_browser(width: int, page: Path, tmp_path: Path) -> None:
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        assert not os.environ.get("DEMAND_BROWSER"), "DEMAND_BROWSER is set and there is no Chromium"
+        pytest.skip("no Chromium on this machine")
+    probed = tmp_path / "probed.html"
+    probed.write_text(page.read_text(encoding="utf-8").replace("</body>", PROBE), encoding="utf-8")
+    command = [chromium, "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]
+    command += ["--disable-background-networking", "--disable-component-update", "--disable-sync"]
+    command += [f"--user-data-dir={tmp_path / 'profile'}", f"--window-size={width},900", "--virtual-time-budget=4000"]
+    command += ["--dump-dom", probed.as_uri()]
+    page_then = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True).stdout
+    body = page_then[page_then.index("<body") :][:200]
+    assert 'data-images="14"' in body
+    assert 'data-fetched="0"' in body
+    assert 'data-overflow="0"' in body
