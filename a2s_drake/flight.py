@@ -11,6 +11,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, Diagram
 
 from a2s_drake.arrays import FloatArray
+from a2s_drake.files import written_whole
 from a2s_drake.mpc.controller import SolverStatus
 from a2s_drake.mpc.planner import Fallback as Fallback
 from a2s_drake.scenario import Scenario
@@ -64,13 +65,10 @@ class Flight:
         """Writes `scenario.yaml` and `flight.npz` into a folder, which is made where it is missing."""
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        # Written aside and moved into place, so that an interrupt leaves either the old file or the new one.
-        part = folder / "scenario.yaml.part"
-        self.scenario.save(part)
-        part.replace(folder / "scenario.yaml")
-        part = folder / "flight.part.npz"
-        np.savez_compressed(part, allow_pickle=False, **{name: getattr(self, name) for name in array_names()})
-        part.replace(folder / "flight.npz")
+        with written_whole(folder / "scenario.yaml") as part:
+            self.scenario.save(part)
+        with written_whole(folder / "flight.npz") as part, part.open("wb") as file:
+            np.savez_compressed(file, allow_pickle=False, **{name: getattr(self, name) for name in array_names()})
 
     @classmethod
     def load(cls, folder: Path | str) -> Self:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from a2s_drake.arrays import FloatArray
+from a2s_drake.files import written_whole
 from a2s_drake.flight import Fallback, Flight
 
 OUTAGE_THRESHOLDS_DB = (0.0, 3.0, 6.0, 9.0, 12.0)
@@ -123,6 +124,5 @@ def compute_metrics(flight: Flight) -> dict[str, Any]:
 
 def write_metrics(flight: Flight, folder: Path) -> None:
     """Writes `compute_metrics` of a flight as metrics.json into a folder."""
-    part = folder / "metrics.json.part"
-    part.write_text(json.dumps(compute_metrics(flight), indent=2) + "\n", encoding="utf-8")
-    part.replace(folder / "metrics.json")
+    with written_whole(folder / "metrics.json") as part:
+        part.write_text(json.dumps(compute_metrics(flight), indent=2) + "\n", encoding="utf-8")

@@ -152,6 +152,24 @@ def _hangs_on(results: Mapping[str, Any]) -> str:
     return _table("Each reading in closed loop: gain of three axes", head, rows, text=3, bold=bold)
 
 
+def _spreads(results: Mapping[str, Any]) -> list[str]:
+    """How wide each question throws the headline, widest first, one sentence a base."""
+    sentences = []
+    for base in dict.fromkeys(row["base"] for row in results["readings"]):
+        rows = [row for row in results["readings"] if row["base"] == base]
+        spreads = []
+        for question in dict.fromkeys(row["question"] for row in rows):
+            widths, ranges = [], []
+            for key in ("over_level", "over_pitch_only"):
+                gains = [row[key] for row in rows if row["question"] == question]
+                widths.append(max(gains) - min(gains))
+                ranges.append(f"{min(gains):.1f} to {max(gains):.1f} % {key.replace('_', ' ')}")
+            spreads.append((max(widths), f"{question} {', '.join(ranges)}"))
+        ordered = "; ".join(text for _, text in sorted(spreads, reverse=True))
+        sentences.append(f"From {base}: {ordered}.")
+    return sentences
+
+
 def _ideal(results: Mapping[str, Any]) -> str:
     ideal = results["ideal"]
     ceiling = ideal["ceiling_percent"]["box"]
@@ -229,6 +247,7 @@ def report_html(
             "<h2>What it hangs on</h2>",
             "<p>Each reading that the text allows, one change at a time, from the headline's readings and from Table I "
             "as printed. Every line is three flights in closed loop.</p>",
+            *(f"<p>{escape(sentence)}</p>" for sentence in _spreads(results)),
             _figures(captions, folder, ["readings"]),
             _hangs_on(results),
         ]

@@ -48,7 +48,17 @@ def add_scenario_arguments(parser: argparse.ArgumentParser, default: str) -> Non
     help_text = "change fields of the scenario, e.g. --set mpc.horizon=20 mission.radius=2"
     parser.add_argument("--set", nargs="+", action="extend", default=[], metavar="a.b=value", help=help_text)
     parser.add_argument("--duration", type=float, metavar="S", help="length of the flight, s (default: the mission's)")
-    parser.add_argument("--out", type=_folder, metavar="DIR", help="where to write (default: below results/)")
+    add_out_argument(parser, "results/SCENARIO")
+
+
+def add_out_argument(parser: argparse.ArgumentParser, default: str) -> None:
+    """Adds `[--out DIR]`."""
+    parser.add_argument("--out", type=_folder, metavar="DIR", help=f"where to write (default: {default})")
+
+
+def add_jobs_argument(parser: argparse.ArgumentParser) -> None:
+    """Adds `[--jobs N]`."""
+    parser.add_argument("--jobs", type=int, default=2, metavar="N", help="flights at a time (default: %(default)s)")
 
 
 def _folder(text: str) -> Path:
@@ -107,13 +117,6 @@ def check_jobs(jobs: int) -> None:
     """Raises UsageError unless there is at least one flight at a time."""
     if jobs < 1:
         raise UsageError(f"--jobs {jobs}: must be at least 1")
-
-
-def write_text(path: Path, text: str) -> None:
-    """Writes a file whole: an interrupt leaves the old one or the new one."""
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
-    part.replace(path)
 
 
 def write_results(flight: Flight, folder: Path) -> None:

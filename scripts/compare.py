@@ -14,7 +14,7 @@ def main(argv: list[str] | None = None) -> int:
     """Returns 0; 2 for input that cannot be flown; 1 for a flight that ended early; 130 when interrupted."""
     parser = common.Parser(description=__doc__)
     common.add_scenario_arguments(parser, default="paper_calibrated")
-    parser.add_argument("--jobs", type=int, default=2, help="flights at a time (default: %(default)s)")
+    common.add_jobs_argument(parser)
     try:
         arguments = parser.parse_args(argv)
         folder = arguments.out or common.default_folder(arguments)

@@ -54,7 +54,7 @@ def test_figures_are_a_column_wide_and_leave_matplotlib_as_it_was(name: str, tmp
 def test_axes_state_their_units(name: str) -> None:
     figure = ALL[name]()
     labels = [axes.get_xlabel() for axes in figure.axes] + [axes.get_ylabel() for axes in figure.axes]
-    labels.append(figure.get_supylabel())
+    labels += [figure.get_supxlabel(), figure.get_supylabel()]
     for label in filter(None, labels):
         assert re.search(r"\((s|m|cm|m/s|rad|rad/s|deg|dB|Hz|%)\)", label) or label == "share of time below"
 
@@ -127,4 +127,4 @@ def test_readings_stand_at_their_gains() -> None:
 
 def test_ceiling_states_shares() -> None:
     texts = [text.get_text() for text in ALL["ceiling"]().axes[0].texts]
-    assert texts == ["45.6 %, share 100 %", "31.0 %, share 68 %"]
+    assert texts == ["45.6 % (100 %)", "31.0 % (68 %)"]

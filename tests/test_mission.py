@@ -125,7 +125,7 @@ def test_settled_rti_is_the_solution_of_the_whole_program(sample: int, fly) -> N
     whole = WholeProgram(model, scenario.airframe, scenario.mpc).solve(x0, reference, guess)
     assert settled.plan is not None
     assert whole.plan is not None
-    assert np.abs(settled.plan.input[0] - whole.plan.input[0]).max() <= 0.01 * ROTOR_RANGE
+    assert np.abs(settled.plan.input[0] - whole.plan.input[0]).max() <= 1e-4 * ROTOR_RANGE
 
 
 @pytest.mark.parametrize("sample", [0, 100, 194, 478, 1325])

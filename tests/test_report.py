@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from a2s_drake.figures import geometry_figure, save_figure
-from a2s_drake.gallery import paper_gallery, study_gallery
-from a2s_drake.report import report_html
-from a2s_drake.reproduction import HEADLINE, PRINTED, collect_results, headline_flights, planned_flights
+from a2s_drake.publish import publish
+from a2s_drake.reproduction import HEADLINE, PRINTED, planned_flights
 from diagrams import load_scenario
 from tests.test_reproduction import made_up
 
@@ -19,16 +18,8 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A whole report of made-up flights."""
     folder = tmp_path_factory.mktemp("report")
     bases = {name: load_scenario(name) for name in (HEADLINE, PRINTED)}
-    flights = made_up(planned_flights(bases))
-    results = collect_results(bases, flights)
-    paper = paper_gallery(headline_flights(flights))
-    gallery = paper | study_gallery(results, bases[PRINTED])
-    for name, (figure, _) in gallery.items():
-        save_figure(figure, folder / name)
-    captions = {name: caption for name, (_, caption) in gallery.items()}
-    path = folder / "report.html"
-    path.write_text(report_html(results, captions, folder, bases[HEADLINE], list(paper)), encoding="utf-8")
-    return path
+    publish(bases, made_up(planned_flights(bases)), folder)
+    return folder / "report.html"
 
 
 class Collector(HTMLParser):
@@ -86,7 +77,7 @@ def test_page_holds_all_it_shows(dut: Collector, page: Path) -> None:
         "+11.4 %",
         "28.5 deg",
         "index_zero",
-        "drag adds to tilt",
+        "rotor drag 50.0 to 51.5 % over level",
         "tilt 35 deg",
         "J_a",
         "43.24 %",
@@ -97,7 +88,7 @@ def test_page_says(words: str, dut: Collector) -> None:
 
 
 def test_same_results_give_the_same_page(page: Path) -> None:
-    geometry = page.parent / "geometry.svg"
+    geometry = page.parent / "figures" / "geometry.svg"
     again = page.parent / "again"
     save_figure(geometry_figure(), again)
     assert again.with_suffix(".svg").read_bytes() == geometry.read_bytes()

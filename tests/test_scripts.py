@@ -1,16 +1,19 @@
+import dataclasses
 import json
 import pickle
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from a2s_drake import Flight, FlightEnded, FlightInterrupted
+from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario
 from a2s_drake.flight import array_names
-from scripts import common, compare, simulate
+from scripts import common, compare, reproduce, simulate
 from tests.flights import made_up_flight
+from tests.test_reproduction import made_up
 
 SHORT = ["--duration", "0.2", "--set", "mpc.horizon=8"]
 
@@ -107,10 +110,10 @@ def test_a_reader_that_leaves_is_no_error(tmp_path: Path) -> None:
     assert (tmp_path / "metrics.json").exists()
 
 
-@pytest.mark.parametrize("script", [simulate, compare])
-def test_a_folder_that_cannot_be_made_is_refused_before_the_flight(script, tmp_path: Path, capsys) -> None:
+@pytest.mark.parametrize(("script", "scenario"), [(simulate, ["paper"]), (compare, ["paper"]), (reproduce, [])])
+def test_a_folder_that_cannot_be_made_is_refused_before_the_flight(script, scenario, tmp_path: Path, capsys) -> None:
     (tmp_path / "file").write_text("in the way")
-    assert script.main(["paper", "--out", str(tmp_path / "file")]) == 2
+    assert script.main([*scenario, "--out", str(tmp_path / "file")]) == 2
     assert "cannot be made" in capsys.readouterr().err
 
 
@@ -144,6 +147,83 @@ def test_an_early_end_can_leave_a_worker_process() -> None:
     assert len(ended.flight.time) == 5
 
 
-@pytest.mark.parametrize("script", ["simulate", "compare"])
+@pytest.fixture
+def reproducing(monkeypatch):
+    """Reproduces with made-up flights, in threads; the list says what was flown."""
+    flown: list[str] = []
+
+    def fly(scenario: Scenario, _place: int) -> Flight:
+        flown.append(scenario.attitude_law.name)
+        flight = next(iter(made_up({"flight": scenario}).values()))
+        n = len(scenario.sample_times())
+        arrays = {
+            name: np.resize(getattr(flight, name), (n, *getattr(flight, name).shape[1:])) for name in array_names()
+        }
+        return dataclasses.replace(flight, **arrays | {"time": scenario.sample_times()})
+
+    monkeypatch.setattr(common, "fly_quietly", fly)
+    monkeypatch.setattr(reproduce, "worker_processes", ThreadPoolExecutor)
+    return flown
+
+
+def test_reproduce_writes_report_results_and_figures(reproducing: list[str], tmp_path: Path, capsys) -> None:
+    assert reproduce.main(["--quick", "--out", str(tmp_path)]) == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["figures", "flights", "report.html", "results.json"]
+    assert sorted(reproducing) == ["level", "pitch_only", "three_axis"]
+    names = {p.stem for p in (tmp_path / "figures").iterdir()}
+    assert {p.name for p in (tmp_path / "figures").iterdir()} == {
+        f"{n}.{kind}" for n in names for kind in ("png", "svg")
+    }
+    results = json.loads((tmp_path / "results.json").read_text())
+    assert results["headline"]["gain_percent"]["over_level"] == pytest.approx(50.0)
+    printed = capsys.readouterr()
+    assert "three axes over level +50.00 %" in printed.out
+    assert printed.err == ""
+
+
+def test_a_second_reproduction_flies_nothing_and_says_the_same(reproducing: list[str], tmp_path: Path) -> None:
+    assert reproduce.main(["--quick", "--out", str(tmp_path)]) == 0
+    kept = {name: (tmp_path / name).read_bytes() for name in ("report.html", "results.json", "figures/outage.svg")}
+    reproducing.clear()
+    assert reproduce.main(["--quick", "--out", str(tmp_path)]) == 0
+    assert reproducing == []
+    assert {name: (tmp_path / name).read_bytes() for name in kept} == kept
+
+
+def test_reproduce_flies_a_damaged_flight_again_and_names_it(reproducing: list[str], tmp_path: Path, capsys) -> None:
+    assert reproduce.main(["--quick", "--out", str(tmp_path)]) == 0
+    damaged = next((tmp_path / "flights").glob("*/flight.npz"))
+    damaged.write_bytes(b"damaged")
+    reproducing.clear()
+    capsys.readouterr()
+    assert reproduce.main(["--quick", "--out", str(tmp_path)]) == 0
+    assert len(reproducing) == 1
+    assert f"warning: {damaged} is damaged and is flown again" in capsys.readouterr().err
+
+
+def test_an_interrupted_reproduction_keeps_its_flights(
+    reproducing: list[str], tmp_path: Path, monkeypatch, capsys
+) -> None:
+    fly, calls = common.fly_quietly, []
+
+    def interrupted(scenario: Scenario, place: int) -> Flight:
+        calls.append(place)
+        if place == 2:
+            raise KeyboardInterrupt
+        return fly(scenario, place)
+
+    monkeypatch.setattr(common, "fly_quietly", interrupted)
+    assert reproduce.main(["--quick", "--jobs", "1", "--out", str(tmp_path)]) == 130
+    assert "interrupted; flights done are kept" in capsys.readouterr().err
+    kept = list((tmp_path / "flights").iterdir())
+    assert len(kept) == 2
+    assert all(len(Flight.load(place).time) == 2001 for place in kept)
+    monkeypatch.setattr(common, "fly_quietly", fly)
+    reproducing.clear()
+    assert reproduce.main(["--quick", "--out", str(tmp_path)]) == 0
+    assert len(reproducing) == 1
+
+
+@pytest.mark.parametrize("script", ["simulate", "compare", "reproduce"])
 def test_scripts_stay_short(script: str) -> None:
     assert len(Path(f"scripts/{script}.py").read_text().splitlines()) <= 60

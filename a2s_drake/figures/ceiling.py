@@ -21,7 +21,7 @@ def ceiling_figure(rows: Sequence[tuple[str, str, float]], ceiling: float) -> Fi
 
     Args:
       rows: name, kind (`ceiling`, `ideal` or `flown`) and gain, %, from the top.
-      ceiling: the gain that the labels' shares are taken of, %.
+      ceiling: the gain of which the labels state each one's share in brackets, %.
     """
     figure = column_figure(0.55 + 0.2 * len(rows))
     axes = figure.add_subplot()
@@ -29,10 +29,10 @@ def ceiling_figure(rows: Sequence[tuple[str, str, float]], ceiling: float) -> Fi
         colour, hatch = _KINDS[kind]
         fill = "none" if hatch else colour
         axes.barh(-place, gain, height=0.62, facecolor=fill, edgecolor=colour, hatch=hatch, linewidth=0.7)
-        axes.text(gain + 0.7, -place, f"{gain:.1f} %, share {100 * gain / ceiling:.0f} %", va="center", fontsize=6.5)
+        axes.text(gain + 0.7, -place, f"{gain:.1f} % ({100 * gain / ceiling:.0f} %)", va="center", fontsize=6.5)
     axes.set_yticks(-np.arange(len(rows)), [name for name, _, _ in rows], fontsize=6.5)
     axes.tick_params(axis="y", length=0)
-    axes.set_xlim(0.0, 1.45 * max(gain for _, _, gain in rows))
+    axes.set_xlim(0.0, 1.75 * max(gain for _, _, gain in rows))
     axes.grid(axis="y", visible=False)
     axes.set_xlabel("throughput gain over level (%)")
     return figure

@@ -40,10 +40,11 @@ def readings_figure(rows: Sequence[Mapping[str, Any]], paper: Mapping[str, float
             values = [row[key] for row in mine]
             places = [heights[row["question"], row["answer"]] for row in mine]
             axes.plot(values, places, linestyle="none", label=f"from {base}", **style)
-        axes.set_xlabel(f"gain {key.replace('_', ' ')} (%)")
+        axes.set_title(key.replace("_", " "), pad=3)
         axes.margins(x=0.08)
         axes.grid(axis="y", visible=False)
     panels[0].set_yticks(list(heights.values()), [f"{question}: {answer}" for question, answer in labels], fontsize=6.5)
     panels[0].tick_params(axis="y", length=0)
+    figure.supxlabel("throughput gain of three axes (%)", fontsize=7.5)
     legend_above(figure, panels[0], 2)
     return figure

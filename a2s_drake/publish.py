@@ -1,0 +1,38 @@
+"""Publish: everything the report consists of, written into a folder."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from a2s_drake.figures import save_figure
+from a2s_drake.files import written_whole
+from a2s_drake.flight import Flight
+from a2s_drake.gallery import paper_gallery, study_gallery
+from a2s_drake.report import report_html
+from a2s_drake.reproduction import HEADLINE, PRINTED, collect_results, headline_flights
+from a2s_drake.scenario import Scenario
+
+
+def publish(
+    bases: Mapping[str, Scenario], flights: Mapping[str, Flight], folder: Path, *, quick: bool = False
+) -> dict[str, Any]:
+    """Writes report.html, results.json and figures/*.png and *.svg into a folder; returns the results.
+
+    Args:
+      bases: the scenarios named HEADLINE and PRINTED.
+      flights: those of `reproduction.planned_flights`, by name.
+    """
+    results = collect_results(bases, flights, quick=quick)
+    paper = paper_gallery(headline_flights(flights))
+    gallery = paper | study_gallery(results, bases[PRINTED])
+    figures = folder / "figures"
+    figures.mkdir(parents=True, exist_ok=True)
+    for name, (figure, _) in gallery.items():
+        save_figure(figure, figures / name)
+    captions = {name: caption for name, (_, caption) in gallery.items()}
+    page = report_html(results, captions, figures, bases[HEADLINE], list(paper))
+    for name, text in (("results.json", json.dumps(results, indent=2) + "\n"), ("report.html", page)):
+        with written_whole(folder / name) as part:
+            part.write_text(text, encoding="utf-8")
+    return results
