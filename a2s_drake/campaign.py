@@ -25,11 +25,12 @@ def fly_each(
     """Flights by name, in the order in which they are done.
 
     Whatever ends the iteration early (an interrupt, a flight's own error, a caller that stops) drops the flights that
-    wait or are under way, and the worker processes with them.
+    wait, and those under way with the worker processes that fly them; threads and clusters finish theirs.
 
     Args:
       fly: flies one validated scenario, given its place in the mapping; importable by the executor's workers.
     """
+    others = set(multiprocessing.active_children())
     try:
         # Workers inherit the disposition they are started under: an interrupt is for this process alone to handle.
         with _interrupts_ignored():
@@ -38,7 +39,7 @@ def fly_each(
             yield jobs[job], job.result()
     except BaseException:
         executor.shutdown(wait=False, cancel_futures=True)
-        for child in multiprocessing.active_children():
+        for child in set(multiprocessing.active_children()) - others:
             child.terminate()
         raise
 

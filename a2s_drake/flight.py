@@ -1,5 +1,7 @@
 """Flight: the log of one run of a diagram, and how it is flown, saved and loaded."""
 
+import zipfile
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -75,14 +77,16 @@ class Flight:
         """Reads what `save` wrote.
 
         Raises:
-          OSError: when a file is missing; ValueError or KeyError: when one is damaged.
+          OSError: when a file is missing; ScenarioError or ValueError, which name the file: when one is damaged.
         """
         folder = Path(folder)
-        scenario = Scenario.from_yaml(
-            (folder / "scenario.yaml").read_text(encoding="utf-8"), source=str(folder / "scenario.yaml")
-        )
-        with (folder / "flight.npz").open("rb") as file, np.load(file) as archive:
-            return cls(scenario, **{name: archive[name] for name in array_names()})
+        settings, log = folder / "scenario.yaml", folder / "flight.npz"
+        scenario = Scenario.from_yaml(settings.read_text(encoding="utf-8"), source=str(settings))
+        try:
+            with log.open("rb") as file, np.load(file) as archive:
+                return cls(scenario, **{name: archive[name] for name in array_names()})
+        except (ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+            raise ValueError(f"{log}: {error}") from error
 
 
 def array_names() -> list[str]:

@@ -30,6 +30,12 @@ def outage(flight: Flight) -> dict[float, float]:
     return {threshold: float((flight.snr_db < threshold).mean()) for threshold in OUTAGE_THRESHOLDS_DB}
 
 
+def fades(flight: Flight, threshold_db: float = 0.0) -> int:
+    """How many times the SNR goes below a threshold, dB."""
+    below = flight.snr_db < threshold_db
+    return int(below[0]) + int((below[1:] & ~below[:-1]).sum())
+
+
 def position_error(flight: Flight) -> FloatArray:
     """Distance of the centre of mass from its planned place, m, shape (n,)."""
     return np.linalg.norm(flight.position - flight.position_reference, axis=1)

@@ -4,11 +4,13 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from a2s_drake.comparison import PAPER_GAINS
 from a2s_drake.errata import errata
 from a2s_drake.flight import Flight
 from a2s_drake.ideal import ideal_study
-from a2s_drake.metrics import compute_metrics, gain_percent
+from a2s_drake.metrics import compute_metrics, fades, gain_percent
 from a2s_drake.parameters import LAWS
 from a2s_drake.readings import all_readings, under_law
 from a2s_drake.scenario import Scenario
@@ -49,6 +51,7 @@ def _gains(by_law: Mapping[str, Flight]) -> dict[str, float]:
     return {
         "over_level": gain_percent(mine, by_law["level"]),
         "over_pitch_only": gain_percent(mine, by_law["pitch_only"]),
+        "pitch_only_over_level": gain_percent(by_law["pitch_only"], by_law["level"]),
     }
 
 
@@ -73,21 +76,44 @@ def reading_rows(bases: Mapping[str, Scenario], flights: Mapping[str, Flight]) -
     return rows
 
 
-def ceiling_rows(ideal: Mapping[str, Any], rows: list[dict[str, Any]]) -> list[tuple[str, str, float]]:
-    """Name, kind and gain over level, %, of each way to choose the attitude, from the ceiling down."""
-    gain, ceiling = ideal["gain_percent"], ideal["ceiling_percent"]
-    flown = {row["base"]: row["over_level"] for row in rows if row["is_base"]}
+def ceiling_rows(
+    scenario: Scenario, ideal: Mapping[str, Any], by_law: Mapping[str, Flight] | None
+) -> list[dict[str, Any]]:
+    """Each way to choose the attitude in one scenario, from the ceiling down, with its share of the ceiling.
+
+    Args:
+      ideal: the scenario's `ideal_study`.
+      by_law: its flights; without them the rows of closed loops are absent.
+    """
+    fallback = scenario.attitude_law.fallback
+    rows = [("best in the attitude box", "ceiling", "", ideal["ceiling_percent"]["box"])]
+    rows.append(("best statically hoverable", "ceiling", "", ideal["ceiling_percent"]["hoverable"]))
+    for law, gains in ideal["gain_percent"].items():
+        rows.append((f"ideally tracked, {fallback}", "ideal", law, gains[fallback]))
+        rows += [(f"ideally tracked, {name}", "other", law, gain) for name, gain in gains.items() if name != fallback]
+    if by_law is not None:
+        gains = _gains(by_law)
+        rows.append(("flown", "flown", "three_axis", gains["over_level"]))
+        rows.append(("flown", "flown", "pitch_only", gains["pitch_only_over_level"]))
+    best = ideal["ceiling_percent"]["box"]
     return [
-        ("best in the attitude box", "ceiling", ceiling["box"]),
-        ("best statically hoverable", "ceiling", ceiling["hoverable"]),
-        ("three axes, nearest", "ideal", gain["three_axis"]["nearest"]),
-        ("three axes, index zero", "ideal", gain["three_axis"]["index_zero"]),
-        ("three axes, zero", "ideal", gain["three_axis"]["zero"]),
-        ("pitch only, nearest", "ideal", gain["pitch_only"]["nearest"]),
-        ("pitch only, index zero", "ideal", gain["pitch_only"]["index_zero"]),
-        ("pitch only, zero", "ideal", gain["pitch_only"]["zero"]),
-        *((f"three axes, {base}", "flown", value) for base, value in flown.items()),
+        {"name": name, "kind": kind, "law": law, "gain_percent": gain, "share": gain / best}
+        for name, kind, law, gain in rows
     ]
+
+
+def _claims(by_law: Mapping[str, Flight]) -> dict[str, Any]:
+    """What the paper says in words of its curves, in figures."""
+    thresholds = np.linspace(-10.0, 20.0, 601)
+    curves = {
+        law: (flight.snr_db[np.newaxis] < thresholds[:, np.newaxis]).mean(axis=1) for law, flight in by_law.items()
+    }
+    excess = curves["three_axis"] - np.minimum(curves["pitch_only"], curves["level"])
+    return {
+        "fades_below_0_db": {law: fades(flight) for law, flight in by_law.items()},
+        "outage_worst_excess": float(excess.max()),
+        "outage_worst_excess_at_db": float(thresholds[excess.argmax()]),
+    }
 
 
 def _reproducible(metrics: dict[str, Any]) -> dict[str, Any]:
@@ -101,24 +127,27 @@ def collect_results(
 ) -> dict[str, Any]:
     """All numbers of the report, the same on every run: headline, readings, ceilings, errata.
 
-    `readings` and `ceilings` are absent from a quick report, which flies the headline alone.
+    A quick report, which flies the headline alone, lacks `readings` and the closed loops of Table I as printed.
     """
     by_law = headline_flights(flights)
     metrics = {law: compute_metrics(flight) for law, flight in by_law.items()}
-    ideal = ideal_study(bases[PRINTED])
+    ideal = {base: ideal_study(scenario) for base, scenario in bases.items()}
+    flown = {HEADLINE: by_law}
+    if not quick:
+        flown[PRINTED] = {law: flights[flight_name(PRINTED, law)] for law in LAWS}
     results: dict[str, Any] = {
         "paper_gain_percent": {f"over_{baseline}": gain for (_, baseline), gain in PAPER_GAINS.items()},
         "headline": {
             "scenario": HEADLINE,
             "gain_percent": _gains(by_law),
             "laws": {law: _reproducible(entry) for law, entry in metrics.items()},
+            "claims": _claims(by_law),
         },
         "ideal": ideal,
+        "ceilings": {base: ceiling_rows(bases[base], ideal[base], flown.get(base)) for base in bases},
         "errata": [asdict(erratum) for erratum in errata(bases[PRINTED])],
         "versions": metrics["level"]["versions"],
     }
     if not quick:
         results["readings"] = reading_rows(bases, flights)
-        rows = ceiling_rows(ideal, results["readings"])
-        results["ceilings"] = [{"name": name, "kind": kind, "gain_percent": gain} for name, kind, gain in rows]
     return results

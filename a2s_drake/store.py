@@ -7,8 +7,10 @@ from concurrent.futures import Executor
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
+
 from a2s_drake.campaign import fly_each
-from a2s_drake.flight import Flight
+from a2s_drake.flight import Flight, array_names
 from a2s_drake.metrics import write_metrics
 from a2s_drake.scenario import Scenario
 
@@ -50,15 +52,14 @@ class FlightStore:
     def find(self, scenario: Scenario) -> Flight | None:
         """The kept flight of a scenario. None where there is none, or, with a warning, where it is damaged."""
         place = self.place(scenario)
-        if not place.exists():
+        # The log is the last file that an interrupt could have kept from being written.
+        if not (place / "flight.npz").exists():
             return None
         try:
             flight = Flight.load(place)
-            if flight.scenario != scenario or len(flight.time) != len(scenario.sample_times()):
-                raise ValueError("it holds another flight")
-        except Exception as error:  # noqa: BLE001 - a damaged file may fail in any way
-            reason = " ".join(str(error).split())
-            warnings.warn(f"{place / 'flight.npz'} is damaged and is flown again: {reason}", stacklevel=2)
+            _check(flight, scenario, place)
+        except (OSError, ValueError) as error:
+            warnings.warn(f"a kept flight is damaged and is flown again: {' '.join(str(error).split())}", stacklevel=2)
             return None
         return flight
 
@@ -67,6 +68,17 @@ class FlightStore:
         place = self.place(flight.scenario)
         flight.save(place)
         write_metrics(flight, place)
+
+
+def _check(flight: Flight, scenario: Scenario, place: Path) -> None:
+    """Raises ValueError, which names the file, unless a flight is that of a scenario, whole and finite."""
+    if flight.scenario != scenario:
+        raise ValueError(f"{place / 'scenario.yaml'}: holds another scenario")
+    samples = len(scenario.sample_times())
+    for name in array_names():
+        values = getattr(flight, name)
+        if len(values) != samples or not np.isfinite(values).all():
+            raise ValueError(f"{place / 'flight.npz'}: {name} is not {samples} finite rows")
 
 
 def fly_kept(

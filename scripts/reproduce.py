@@ -2,6 +2,7 @@
 
 import sys
 import warnings
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 from tqdm import tqdm
@@ -20,13 +21,14 @@ def main(argv: list[str] | None = None) -> int:
     """Returns 0; 2 for input that cannot be worked with; 1 for a flight that ended early; 130 when interrupted."""
     parser = common.Parser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="the headline scenario alone")
-    common.add_out_argument(parser, "results/reproduce")
+    common.add_out_argument(parser, "results/reproduce, or results/reproduce-quick")
     common.add_jobs_argument(parser)
     try:
         arguments = parser.parse_args(argv)
         common.check_jobs(arguments.jobs)
-        out = arguments.out or Path("results/reproduce")
-        common.make_folder(out)
+        out = arguments.out or Path("results/reproduce-quick" if arguments.quick else "results/reproduce")
+        for folder in (out, out / "flights", out / "figures"):
+            common.make_folder(folder)
     except common.UsageError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
@@ -42,6 +44,9 @@ def main(argv: list[str] | None = None) -> int:
     except (FlightEnded, KeyboardInterrupt) as ended:
         print(f"error: {str(ended) or 'interrupted'}; flights done are kept in {out / 'flights'}", file=sys.stderr)
         return 1 if isinstance(ended, FlightEnded) else 130
+    except (OSError, BrokenProcessPool) as failure:
+        print(f"error: {failure}; flights done are kept in {out / 'flights'}", file=sys.stderr)
+        return 1
     gains = publish(bases, flights, out, quick=arguments.quick)["headline"]["gain_percent"]
     print(f"three axes over level {gains['over_level']:+.2f} %, over pitch only {gains['over_pitch_only']:+.2f} %")
     print(f"report.html, results.json and figures are in {out}")

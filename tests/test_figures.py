@@ -17,6 +17,11 @@ ROWS = [
     for base in ("paper", "paper_calibrated")
     for answer, gain in (("zero", 20.0), ("nearest", 30.0))
 ]
+CEILINGS = [
+    {"name": "best", "kind": "ceiling", "law": "", "gain_percent": 45.6, "share": 1.0},
+    {"name": "not shown", "kind": "other", "law": "level", "gain_percent": 1.0, "share": 0.02},
+    {"name": "flown", "kind": "flown", "law": "pitch_only", "gain_percent": 31.0, "share": 0.68},
+]
 ALL = {
     "geometry": figures.geometry_figure,
     "trajectory": lambda: figures.trajectory_figure(FLIGHTS["three_axis"]),
@@ -30,7 +35,7 @@ ALL = {
     "angular_velocity": lambda: figures.angular_velocity_figure(FLIGHTS["three_axis"]),
     "rotor_speed": lambda: figures.rotor_speed_figure(FLIGHTS["three_axis"]),
     "readings": lambda: figures.readings_figure(ROWS, {"over_level": 22.2, "over_pitch_only": 11.4}),
-    "ceiling": lambda: figures.ceiling_figure([("best", "ceiling", 45.6), ("flown", "flown", 31.0)], 45.6),
+    "ceiling": lambda: figures.ceiling_figure({"paper": CEILINGS, "paper_calibrated": CEILINGS}),
     "affine_error": lambda: figures.affine_error_figure(np.arange(3.0), np.ones((3, 26))),
 }
 
@@ -76,7 +81,7 @@ def test_law_styles_differ_in_grey_print() -> None:
     for style in LAW_STYLES.values():
         red, green, blue = (int(style["color"][i : i + 2], 16) for i in (1, 3, 5))
         luminance.append(0.2126 * red + 0.7152 * green + 0.0722 * blue)
-    assert np.diff(sorted(luminance)).min() > 5.0
+    assert np.diff(sorted(luminance)).min() > 30.0
     assert len({style["linestyle"] for style in LAW_STYLES.values()}) == len(LAW_STYLES)
 
 
@@ -126,5 +131,7 @@ def test_readings_stand_at_their_gains() -> None:
 
 
 def test_ceiling_states_shares() -> None:
-    texts = [text.get_text() for text in ALL["ceiling"]().axes[0].texts]
+    axes = ALL["ceiling"]().axes[1]
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["best", "pitch only flown"]
+    texts = [text.get_text() for text in axes.texts]
     assert texts == ["45.6 % (100 %)", "31.0 % (68 %)"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from a2s_drake import compute_metrics
-from a2s_drake.metrics import gain_percent, write_metrics
+from a2s_drake.metrics import fades, gain_percent, write_metrics
 from tests.flights import SAMPLES, made_up_flight
 
 
@@ -29,6 +29,13 @@ def test_gain_is_relative_to_the_baseline() -> None:
 def test_outage_is_the_fraction_strictly_below() -> None:
     dut = compute_metrics(made_up_flight(snr_db=np.array([-1.0, 0.0, 3.0, 8.0, 20.0])))
     assert dut["outage"] == {"0": 0.2, "3": 0.4, "6": 0.6, "9": 0.8, "12": 0.8}
+
+
+@pytest.mark.parametrize(
+    ("snr", "count"), [([1, 1, 1, 1, 1], 0), ([-1, -1, 1, -1, 1], 2), ([1, -1, -1, -1, -1], 1), ([0, 0, 0, 0, 0], 0)]
+)
+def test_a_fade_is_one_passage_below_the_threshold(snr: list[float], count: int) -> None:
+    assert fades(made_up_flight(snr_db=np.array(snr, dtype=float))) == count
 
 
 def test_position_error_is_a_distance() -> None:

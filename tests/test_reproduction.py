@@ -73,7 +73,8 @@ def test_quick_flies_the_headline_alone(bases: dict[str, Scenario]) -> None:
 def test_results_say_how_far_each_reading_moves_the_headline(bases: dict[str, Scenario]) -> None:
     planned = planned_flights(bases)
     results = collect_results(bases, made_up(planned))
-    assert results["headline"]["gain_percent"] == pytest.approx({"over_level": 50.0, "over_pitch_only": 20.0})
+    gains = {"over_level": 50.0, "over_pitch_only": 20.0, "pitch_only_over_level": 25.0}
+    assert results["headline"]["gain_percent"] == pytest.approx(gains)
     assert results["paper_gain_percent"] == {"over_level": 22.2, "over_pitch_only": 11.4}
     drag = {
         row["answer"]: row for row in results["readings"] if row["question"] == "rotor drag" and row["base"] == PRINTED
@@ -82,8 +83,21 @@ def test_results_say_how_far_each_reading_moves_the_headline(bases: dict[str, Sc
     assert drag["drag adds to tilt"]["over_level"] == pytest.approx(51.5)
     assert drag["drag adds to tilt"]["over_pitch_only"] == pytest.approx(20.0)
     assert [row["is_base"] for row in drag.values()] == [True, False]
-    flown = [row for row in results["ceilings"] if row["kind"] == "flown"]
-    assert [row["gain_percent"] for row in flown] == pytest.approx([50.0, 50.0])
+    for rows in results["ceilings"].values():
+        flown = {row["law"]: row for row in rows if row["kind"] == "flown"}
+        assert flown["three_axis"]["gain_percent"] == pytest.approx(50.0)
+        assert flown["pitch_only"]["gain_percent"] == pytest.approx(25.0)
+        assert flown["pitch_only"]["share"] == pytest.approx(25.0 / rows[0]["gain_percent"])
+
+
+def test_claims_in_words_get_figures(bases: dict[str, Scenario]) -> None:
+    flights = made_up(planned_flights(bases, quick=True))
+    for name, snr in (("three_axis", [1, -1, 1, -1, 5]), ("pitch_only", [-1, -1, 1, 1, 1]), ("level", [9, 9, 9, 9, 9])):
+        key = f"{HEADLINE} / {name}"
+        flights[key] = dataclasses.replace(flights[key], snr_db=np.array(snr, dtype=float))
+    claims = collect_results(bases, flights, quick=True)["headline"]["claims"]
+    assert claims["fades_below_0_db"] == {"three_axis": 2, "pitch_only": 1, "level": 0}
+    assert claims["outage_worst_excess"] == 1.0  # between 5 and 9 dB, where level is never below
 
 
 def test_results_hold_no_reading_of_the_clock(bases: dict[str, Scenario]) -> None:

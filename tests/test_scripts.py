@@ -198,7 +198,7 @@ def test_reproduce_flies_a_damaged_flight_again_and_names_it(reproducing: list[s
     capsys.readouterr()
     assert reproduce.main(["--quick", "--out", str(tmp_path)]) == 0
     assert len(reproducing) == 1
-    assert f"warning: {damaged} is damaged and is flown again" in capsys.readouterr().err
+    assert f"warning: a kept flight is damaged and is flown again: {damaged}" in capsys.readouterr().err
 
 
 def test_an_interrupted_reproduction_keeps_its_flights(

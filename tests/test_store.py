@@ -63,8 +63,17 @@ def test_nothing_is_flown_twice(store: FlightStore) -> None:
     assert second.flown == []
 
 
-@pytest.mark.parametrize("damage", ["truncate", "garbage", "remove", "swap", "yaml"])
-def test_a_damaged_flight_is_flown_again_with_a_warning_that_names_it(damage: str, store: FlightStore) -> None:
+@pytest.mark.parametrize(
+    ("damage", "named"),
+    [
+        ("truncate", "flight.npz"),
+        ("garbage", "flight.npz"),
+        ("nan", "flight.npz"),
+        ("swap", "scenario.yaml"),
+        ("yaml", "scenario.yaml"),
+    ],
+)
+def test_a_damaged_flight_is_flown_again_with_a_warning_that_names_the_file(damage, named, store: FlightStore) -> None:
     store.keep(flight_of(SCENARIO))
     place = store.place(SCENARIO)
     file = place / "flight.npz"
@@ -72,18 +81,26 @@ def test_a_damaged_flight_is_flown_again_with_a_warning_that_names_it(damage: st
         file.write_bytes(file.read_bytes()[:200])
     elif damage == "garbage":
         file.write_bytes(b"garbage")
-    elif damage == "remove":
-        file.unlink()
+    elif damage == "nan":
+        dataclasses.replace(flight_of(SCENARIO), snr_db=np.full(SAMPLES, np.nan)).save(place)
     elif damage == "swap":
         flight_of(SCENARIO.with_value("mission.radius", 2.0)).save(place)
     else:
         (place / "scenario.yaml").write_text("[")
     fly = Flying()
-    with pytest.warns(UserWarning, match=rf"{file} is damaged and is flown again"):
+    with pytest.warns(UserWarning, match=rf"a kept flight is damaged and is flown again: .*{place / named}"):
         flights = fly_all({"a": SCENARIO}, store, fly)
     assert len(fly.flown) == 1
     assert len(flights["a"].time) == SAMPLES
     assert store.find(SCENARIO) is not None
+
+
+def test_a_flight_interrupted_while_it_was_kept_is_flown_without_a_warning(store: FlightStore) -> None:
+    store.keep(flight_of(SCENARIO))
+    (store.place(SCENARIO) / "flight.npz").unlink()
+    fly = Flying()
+    fly_all({"a": SCENARIO}, store, fly)
+    assert len(fly.flown) == 1
 
 
 def test_an_interrupt_leaves_the_flights_done_whole(store: FlightStore) -> None:

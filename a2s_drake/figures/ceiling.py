@@ -1,40 +1,50 @@
 """How much of what any attitude could win is won."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from a2s_drake.arrays import FloatArray
-from a2s_drake.figures.style import LAW_STYLES, column_figure, styled
-
-_KINDS = {
-    "ceiling": ("black", "////"),
-    "ideal": ("#56B4E9", ""),
-    "flown": (LAW_STYLES["three_axis"]["color"], ""),
-}
+from a2s_drake.figures.style import LAW_LABELS, LAW_STYLES, column_figure, styled
 
 
 @styled
-def ceiling_figure(rows: Sequence[tuple[str, str, float]], ceiling: float) -> Figure:
-    """Gain over `level` of each way to choose the attitude, as bars.
+def ceiling_figure(rows: Mapping[str, Sequence[Mapping[str, Any]]]) -> Figure:
+    """Gain over `level` of each way to choose the attitude, with its share of the best, one panel a scenario.
 
     Args:
-      rows: name, kind (`ceiling`, `ideal` or `flown`) and gain, %, from the top.
-      ceiling: the gain of which the labels state each one's share in brackets, %.
+      rows: by scenario, from the top, of `reproduction.ceiling_rows`.
     """
-    figure = column_figure(0.55 + 0.2 * len(rows))
-    axes = figure.add_subplot()
-    for place, (_, kind, gain) in enumerate(rows):
-        colour, hatch = _KINDS[kind]
-        fill = "none" if hatch else colour
-        axes.barh(-place, gain, height=0.62, facecolor=fill, edgecolor=colour, hatch=hatch, linewidth=0.7)
-        axes.text(gain + 0.7, -place, f"{gain:.1f} % ({100 * gain / ceiling:.0f} %)", va="center", fontsize=6.5)
-    axes.set_yticks(-np.arange(len(rows)), [name for name, _, _ in rows], fontsize=6.5)
-    axes.tick_params(axis="y", length=0)
-    axes.set_xlim(0.0, 1.75 * max(gain for _, _, gain in rows))
-    axes.grid(axis="y", visible=False)
-    axes.set_xlabel("throughput gain over level (%)")
+    shown = {name: [row for row in entries if row["kind"] != "other"] for name, entries in rows.items()}
+    heights = [len(entries) for entries in shown.values()]
+    figure = column_figure(0.9 + 0.2 * sum(heights))
+    panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
+    for axes, (name, entries) in zip(panels, shown.items(), strict=True):
+        labels = [" ".join(filter(None, (LAW_LABELS.get(row["law"], ""), row["name"]))) for row in entries]
+        for place, row in enumerate(entries):
+            colour = LAW_STYLES[row["law"]]["color"] if row["law"] else "black"
+            solid = row["kind"] == "flown"
+            axes.barh(
+                -place,
+                row["gain_percent"],
+                height=0.62,
+                facecolor=colour if solid else "white",
+                edgecolor=colour,
+                hatch={"ceiling": "////", "ideal": "....", "flown": ""}[row["kind"]],
+                linewidth=0.7,
+            )
+            text = f"{row['gain_percent']:.1f} % ({100 * row['share']:.0f} %)"
+            axes.text(row["gain_percent"] + 0.7, -place, text, va="center", fontsize=6.5)
+        axes.set_yticks(-np.arange(len(entries)), labels, fontsize=6.5)
+        axes.tick_params(axis="y", length=0)
+        axes.set_axisbelow(True)
+        axes.grid(axis="y", visible=False)
+        axes.set_title(name, pad=3)
+    largest = max(row["gain_percent"] for entries in shown.values() for row in entries)
+    panels[-1].set_xlim(0.0, 1.5 * largest)
+    panels[-1].set_xlabel("throughput gain over level (%)")
     return figure
 
 

@@ -5,12 +5,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from a2s_drake.arrays import FloatArray
-from a2s_drake.figures.style import LAW_STYLES, SEA_COLOUR, SHIP_COLOUR, column_figure, styled
+from a2s_drake.figures.style import SEA_COLOUR, SHIP_COLOUR, column_figure, styled
 
 # A drawing, not to scale: heights and distances in units of the page.
 _UAV, _PITCH, _ARM = np.array([1.9, 4.6]), np.deg2rad(14.0), np.array([0.8, 0.55])
 _SHIP_X, _MAST = 8.6, 2.3
-_DIRECT, _REFLECTED = LAW_STYLES["three_axis"]["color"], "#D55E00"
+_DIRECT, _REFLECTED = "#009E73", "#D55E00"
 
 _Point = tuple[float, float]
 
@@ -67,7 +67,7 @@ def geometry_figure() -> Figure:
     axes.text(_SHIP_X + 0.2, _MAST + 0.25, r"ship $\mathbf{p}_s$")
     axes.text(_SHIP_X + 0.2, -_MAST - 0.25, "image", va="center")
 
-    axes.text(5.9, 3.95, r"direct, $d_\mathrm{LoS}$", color=_DIRECT, ha="center")
+    axes.text(6.3, 4.05, r"direct, $d_\mathrm{LoS}$", color=_DIRECT, ha="center")
     axes.text(4.2, 1.5, r"reflected, $d_\mathrm{ref}$", color=_REFLECTED, ha="right")
     _measure(axes, (0.25, 0.0), (0.25, antenna[1]), "$H$", (0.25, 2.5))
     axes.plot([0.05, antenna[0]], [antenna[1]] * 2, color="0.75", linewidth=0.5, zorder=0)

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from a2s_drake.figures.style import column_figure, legend_above, styled
 
 _BASES: dict[str, dict[str, Any]] = {
-    "paper_calibrated": {"marker": "o", "color": "#0072B2", "markersize": 4.5},
-    "paper": {"marker": "D", "markeredgecolor": "#D55E00", "markerfacecolor": "white", "markersize": 4},
+    "paper": {"marker": "D", "markeredgecolor": "#D55E00", "markerfacecolor": "white", "markersize": 4.5},
+    "paper_calibrated": {"marker": "o", "color": "#009E73", "markersize": 3},
 }
 
 
@@ -44,7 +44,8 @@ def readings_figure(rows: Sequence[Mapping[str, Any]], paper: Mapping[str, float
         axes.margins(x=0.08)
         axes.grid(axis="y", visible=False)
     panels[0].set_yticks(list(heights.values()), [f"{question}: {answer}" for question, answer in labels], fontsize=6.5)
-    panels[0].tick_params(axis="y", length=0)
+    for axes in panels:
+        axes.tick_params(axis="y", length=0)
     figure.supxlabel("throughput gain of three axes (%)", fontsize=7.5)
     legend_above(figure, panels[0], 2)
     return figure

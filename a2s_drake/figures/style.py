@@ -17,15 +17,15 @@ COLUMN = 8.5 / 2.54
 LAW_STYLES: dict[str, dict[str, Any]] = {
     "three_axis": {"color": "#0072B2", "linestyle": "-"},
     "pitch_only": {"color": "#E69F00", "linestyle": "--"},
-    "level": {"color": "#555555", "linestyle": ":"},
+    "level": {"color": "#333333", "linestyle": ":"},
 }
 LAW_LABELS = {"three_axis": "three axes", "pitch_only": "pitch only", "level": "level"}
 
-# Roll, pitch, yaw and x, y, z: told apart by dash first, by colour second.
+# Roll, pitch, yaw and x, y, z: none of them in the colour of a law.
 AXIS_STYLES: tuple[dict[str, Any], ...] = (
-    {"color": "#0072B2", "linestyle": "-"},
-    {"color": "#D55E00", "linestyle": "--"},
-    {"color": "#009E73", "linestyle": "-."},
+    {"color": "#D55E00", "linestyle": "-"},
+    {"color": "#009E73", "linestyle": "--"},
+    {"color": "#56B4E9", "linestyle": "-."},
 )
 BOUND_STYLE: dict[str, Any] = {"color": "black", "linewidth": 0.8, "linestyle": (0, (1, 1.5))}
 SHIP_COLOUR = "#CC79A7"
