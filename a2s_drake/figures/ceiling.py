@@ -43,7 +43,7 @@ def ceiling_figure(rows: Mapping[str, Sequence[Mapping[str, Any]]]) -> Figure:
         axes.grid(axis="y", visible=False)
         axes.set_title(name, pad=3)
     largest = max(row["gain_percent"] for entries in shown.values() for row in entries)
-    panels[-1].set_xlim(0.0, 1.5 * largest)
+    panels[-1].set_xlim(0.0, 1.8 * largest)
     panels[-1].set_xlabel("throughput gain over level (%)")
     return figure
 
