@@ -106,7 +106,7 @@ def _projection(scenario: Scenario, geometry: Geometry) -> Erratum:
 
 def _smoothness(scenario: Scenario, geometry: Geometry) -> Erratum:
     jumps = [
-        (f"largest jump, {fallback}", float(np.rad2deg(np.abs(np.diff(eta, axis=0)).max())), "deg")
+        (f"largest jump of three axes, {fallback}", float(np.rad2deg(np.abs(np.diff(eta, axis=0)).max())), "deg")
         for fallback in ("nearest", "index_zero", "zero")
         for eta in [law_attitude(scenario, geometry, "three_axis", fallback)]
     ]

@@ -25,11 +25,12 @@ def paper_gallery(flights: Mapping[str, Flight]) -> Gallery:
         ),
         "trajectory": (
             figures.trajectory_figure(flight),
-            "Flown trajectories of UAV and ship, and the UAV's circle from above.",
+            "Flown trajectories of UAV and ship, and the UAV's circle from above; the ship lies to the right.",
         ),
         "position": (
             figures.position_figure(flights),
-            "Position against time under the three-axis law, and the distance from the plan under each law.",
+            "Position against time under the three-axis law, and the distance from the plan under each law. The steady "
+            "offset in z is the price of the weight on the input.",
         ),
         "channel_gain": (figures.channel_gain_figure(flights), "Channel gain under the three laws."),
         "outage": (

@@ -33,15 +33,15 @@ def trajectory_figure(flight: Flight) -> Figure:
 
     above = figure.add_subplot(grid[1])
     reference = flight.position_reference
-    above.plot(reference[:, 1], reference[:, 0], color="black", linewidth=0.7, linestyle="--", label="planned")
-    above.plot(uav[:, 1], uav[:, 0], color=colour, label="UAV")
+    above.plot(reference[:, 0], reference[:, 1], color="black", linewidth=0.7, linestyle="--", label="planned")
+    above.plot(uav[:, 0], uav[:, 1], color=colour, label="UAV")
     above.plot([], [], color=SHIP_COLOUR, label="ship")
-    above.plot(uav[0, 1], uav[0, 0], "o", color=colour, markersize=7, label="start")
-    above.plot(uav[-1, 1], uav[-1, 0], "s", color=colour, markersize=4, markerfacecolor="white", label="end")
+    above.plot(uav[0, 0], uav[0, 1], "o", color=colour, markersize=7, label="start")
+    above.plot(uav[-1, 0], uav[-1, 1], "s", color=colour, markersize=4, markerfacecolor="white", label="end")
     above.set_aspect("equal", adjustable="datalim")
     above.margins(0.08)
-    above.set_xlabel("y (m)")
-    above.set_ylabel("x (m), to the ship")
+    above.set_xlabel("x (m)")
+    above.set_ylabel("y (m)")
     legend_above(figure, above, 5)
     return figure
 
