@@ -10,6 +10,7 @@ from typing import Any
 from a2s_drake.figures import LAW_LABELS
 from a2s_drake.metrics import OUTAGE_THRESHOLDS_DB
 from a2s_drake.parameters import LAWS
+from a2s_drake.reproduction import PRINTED
 from a2s_drake.scenario import Scenario
 from a2s_drake.table_one import table_one
 
@@ -234,7 +235,7 @@ def report_html(
       paper_figures: which figures belong to the paper; the others go with the sections they illustrate.
     """
     gains, paper = results["headline"]["gain_percent"], results["paper_gain_percent"]
-    ideal, printed = results["ideal"][results["headline"]["scenario"]], results["ideal"]["paper"]
+    ideal, printed = results["ideal"][results["headline"]["scenario"]], results["ideal"][PRINTED]
     quick = "readings" not in results
     parts = [
         "<h1>Does attitude control win back a two-ray link? The paper reproduced</h1>",
@@ -280,7 +281,7 @@ def report_html(
         f"and {100 * printed['empty_share']['pitch_only']:.1f} % for pitch only, and the vehicle could rest at only "
         f"{100 * printed['hoverable_share']['nearest']:.0f} % of the three-axis references. The affine phase errs by "
         f"up to {printed['affine_phase_error_rad']['max']:.2f} rad in the box.</p>",
-        _figures(captions, folder, [name for name in ("ceiling", "affine_phase_error") if name in captions]),
+        _figures(captions, folder, ["ceiling", "affine_phase_error"]),
         _ceilings(results),
         "<h2>Errata</h2>",
         _errata(results),

@@ -10,7 +10,7 @@ from a2s_drake.comparison import PAPER_GAINS
 from a2s_drake.errata import errata
 from a2s_drake.flight import Flight
 from a2s_drake.ideal import ideal_study
-from a2s_drake.metrics import compute_metrics, fades, gain_percent
+from a2s_drake.metrics import compute_metrics, fades, gain_percent, outage_curve
 from a2s_drake.parameters import LAWS
 from a2s_drake.readings import all_readings, under_law
 from a2s_drake.scenario import Scenario
@@ -105,9 +105,7 @@ def ceiling_rows(
 def _claims(by_law: Mapping[str, Flight]) -> dict[str, Any]:
     """What the paper says in words of its curves, in figures."""
     thresholds = np.linspace(-10.0, 20.0, 601)
-    curves = {
-        law: (flight.snr_db[np.newaxis] < thresholds[:, np.newaxis]).mean(axis=1) for law, flight in by_law.items()
-    }
+    curves = {law: outage_curve(flight, thresholds) for law, flight in by_law.items()}
     excess = curves["three_axis"] - np.minimum(curves["pitch_only"], curves["level"])
     return {
         "fades_below_0_db": {law: fades(flight) for law, flight in by_law.items()},

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from a2s_drake.figures.style import LAW_LABELS, LAW_STYLES, column_figure, legend_above, styled
 from a2s_drake.flight import Flight
-from a2s_drake.metrics import OUTAGE_THRESHOLDS_DB, outage
+from a2s_drake.metrics import OUTAGE_THRESHOLDS_DB, outage, outage_curve
 
 
 @styled
@@ -30,8 +30,7 @@ def outage_figure(flights: Mapping[str, Flight]) -> Figure:
     axes = figure.add_subplot()
     thresholds = np.linspace(-8.0, 16.0, 481)
     for law, flight in flights.items():
-        share = (flight.snr_db[np.newaxis] < thresholds[:, np.newaxis]).mean(axis=1)
-        axes.plot(thresholds, share, label=LAW_LABELS[law], **LAW_STYLES[law])
+        axes.plot(thresholds, outage_curve(flight, thresholds), label=LAW_LABELS[law], **LAW_STYLES[law])
         marked = outage(flight)
         axes.plot(OUTAGE_THRESHOLDS_DB, list(marked.values()), "o", color=LAW_STYLES[law]["color"], markersize=3)
     axes.set_xlabel("SNR threshold (dB)")
