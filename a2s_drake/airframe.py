@@ -68,6 +68,7 @@ def hover_input(airframe: Airframe) -> FloatArray:
 @TemplateSystem.define("VehicleState_")
 def VehicleState_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a template over scalar types
     """The block `VehicleState` for the scalar type T."""
+    Quaternion, RotationMatrixT, RollPitchYaw = Quaternion_[T], RotationMatrix_[T], RollPitchYaw_[T]
 
     class VehicleState(LeafSystem_[T]):
         """The plant's floating-base state as the 12 numbers that law, controller and channel speak.
@@ -96,8 +97,8 @@ def VehicleState_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a template
             state = self._plant_state.Eval(context)
             wxyz, p_WB, w_WB_W, v_WB_W = state[0:4], state[4:7], state[7:10], state[10:13]
             # Integration lets the quaternion drift off unit length by rounding; Drake's constructor does not.
-            R_WB = RotationMatrix_[T](Quaternion_[T](wxyz=wxyz / np.sqrt(wxyz.dot(wxyz))))
-            eta = RollPitchYaw_[T](R_WB).vector()
+            R_WB = RotationMatrixT(Quaternion(wxyz=wxyz / np.sqrt(wxyz.dot(wxyz))))
+            eta = RollPitchYaw(R_WB).vector()
             output.SetFromVector(np.concatenate([p_WB, eta, v_WB_W, R_WB.inverse().multiply(w_WB_W)]))
 
     return VehicleState

@@ -53,8 +53,8 @@ def affine_phase(position: Array, ship: Array, link: Link) -> tuple[Array, Array
 
 
 def nearest_fringe(phase: Array) -> Array:
-    """Index m of the constructive fringe (2m+1) pi nearest to each phase, over all integers; shape as `phase`."""
-    return np.rint((np.asarray(phase, dtype=float) / np.pi - 1.0) / 2.0).astype(int)
+    """Index m of the constructive fringe (2m+1) pi nearest to each phase, a whole number; shape as `phase`."""
+    return np.rint((np.asarray(phase, dtype=float) / np.pi - 1.0) / 2.0)
 
 
 def fringe_offsets(phase: Array, indices: Array) -> Array:
@@ -111,7 +111,8 @@ def attitude_reference(position: Array, ship: Array, link: Link, law: AttitudeLa
         k = k * np.array([0.0, 1.0, 0.0])
     steerable = (_values(k) ** 2).sum(axis=-1) >= MIN_PHASE_SENSITIVITY**2
     eta = np.full(k.shape, 0.0, dtype=k.dtype)
-    eta[steerable] = _steered(phase[steerable], k[steerable], law, attitude_limit)
+    if steerable.any():
+        eta[steerable] = _steered(phase[steerable], k[steerable], law, attitude_limit)
     return eta.reshape(shape)
 
 
@@ -119,7 +120,7 @@ def _steered(phase: Array, k: Array, law: AttitudeLaw, attitude_limit: float) ->
     """The reference where k is not zero; phase (n,) and k (n, 3) to (n, 3)."""
     norm_squared = (k * k).sum(axis=-1)
     direction = k / norm_squared[:, np.newaxis]
-    offsets = fringe_offsets(phase, np.arange(law.index_min, law.index_max + 1))
+    offsets = fringe_offsets(phase, _reachable_indices(phase, direction, law))
     largest_angle = np.abs(_values(offsets)) * np.abs(_values(direction)).max(axis=-1)[:, np.newaxis]
     feasible = largest_angle <= law.candidate_limit
     eta = direction * soft_min(offsets, np.sqrt(norm_squared), feasible, law.temperature)[:, np.newaxis]
@@ -128,12 +129,24 @@ def _steered(phase: Array, k: Array, law: AttitudeLaw, attitude_limit: float) ->
     if law.fallback == "zero" or not empty.any():
         return eta
     if law.fallback == "nearest":
-        index = np.argmin(np.abs(_values(offsets)), axis=-1)
-        stand_in = np.take_along_axis(offsets, index[:, np.newaxis], axis=-1)
+        nearest = np.clip(nearest_fringe(_values(phase)), law.index_min, law.index_max)
+        stand_in = ((2.0 * nearest + 1.0) * np.pi - phase)[:, np.newaxis]
     else:
         stand_in = fringe_offsets(phase, np.array([0]))
     clipped = np.clip(direction * stand_in, -attitude_limit, attitude_limit)
     return np.where(empty[:, np.newaxis], clipped, eta)
+
+
+def _reachable_indices(phase: Array, direction: Array, law: AttitudeLaw) -> Array:
+    """The indices of the law's window that lie in the candidates' box for any of the samples, and then some."""
+    reach = law.candidate_limit / np.abs(_values(direction)).max(axis=-1)
+    ends = np.array([(_values(phase) - reach).min(), (_values(phase) + reach).max()])
+    if not np.isfinite(ends).all():
+        return np.arange(law.index_min, law.index_max + 1)
+    first, last = nearest_fringe(ends)
+    # Rounding must lose none at the edge of the box, and where there is none an empty column does no harm.
+    first, last = np.clip([first - 1, last + 1], law.index_min, law.index_max)
+    return np.arange(first, last + 1)
 
 
 @TemplateSystem.define("AttitudeReference_")
@@ -169,21 +182,22 @@ def AttitudeReference_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a tem
             self._ship_preview = self.DeclareVectorInputPort("ship_preview", size)
             inputs = {self._position_preview.ticket(), self._ship_preview.ticket()}
             self.DeclareVectorOutputPort("attitude_reference", 3, self._calc_attitude_reference, inputs)
-            self.DeclareVectorOutputPort("attitude_preview", size, self._calc_attitude_preview, inputs)
+            self._attitude_preview = self.DeclareVectorOutputPort(
+                "attitude_preview", size, self._calc_attitude_preview, inputs
+            )
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
             self._construct(other._link, other._law, other._attitude_limit, other._horizon, converter=converter)
 
-        def _reference(self, context: Any, samples: int) -> Array:
-            position = self._position_preview.Eval(context).reshape(-1, 3)[:samples]
-            ship = self._ship_preview.Eval(context).reshape(-1, 3)[:samples]
-            return attitude_reference(position, ship, self._link, self._law, self._attitude_limit).ravel()
-
         def _calc_attitude_reference(self, context: Any, output: Any) -> None:
-            output.SetFromVector(self._reference(context, 1))
+            # Who reads the reference has mostly read the preview, which then stands in the cache.
+            output.SetFromVector(self._attitude_preview.Eval(context)[:3])
 
         def _calc_attitude_preview(self, context: Any, output: Any) -> None:
-            output.SetFromVector(self._reference(context, self._horizon + 1))
+            position = self._position_preview.Eval(context).reshape(-1, 3)
+            ship = self._ship_preview.Eval(context).reshape(-1, 3)
+            eta = attitude_reference(position, ship, self._link, self._law, self._attitude_limit)
+            output.SetFromVector(eta.ravel())
 
     return AttitudeReference
 

@@ -140,13 +140,14 @@ def run_flight(diagram: Diagram, scenario: Scenario, progress: Callable[[int], A
             if time > 0.0:
                 simulator.AdvanceTo(time)
                 _check_state(context)
+            row = {"time": time} | _read_state(diagram, context)
             start = perf_counter()
             if time == 0.0:
                 simulator.Initialize()
             # The updates due at t_k happen now, so that row k holds the input applied from t_k on.
             simulator.AdvancePendingEvents()
-            step = perf_counter() - start
-            rows.append(_sample(diagram, context) | {"time": time, "step": step})
+            row["step"] = perf_counter() - start
+            rows.append(row | _read_input(diagram, context))
             if progress is not None:
                 progress(1)
     except KeyboardInterrupt:
@@ -166,26 +167,31 @@ def _check_state(context: Context) -> None:
         raise FloatingPointError(f"the vehicle's {broken} is not finite")
 
 
-def _sample(diagram: Diagram, context: Context) -> dict[str, Any]:
-    """The exported ports of a diagram, as one row of the log; the rotor speed and solver ports may be missing."""
+def _read(diagram: Diagram, context: Context, name: str) -> FloatArray:
+    return np.array(diagram.GetOutputPort(name).Eval(context))
 
-    def read(name: str) -> FloatArray:
-        return np.array(diagram.GetOutputPort(name).Eval(context))
 
-    state = read("vehicle_state")
-    row: dict[str, Any] = dict(
-        zip(("position", "attitude", "velocity", "angular_velocity"), np.split(state, 4), strict=True)
-    )
+def _read_state(diagram: Diagram, context: Context) -> dict[str, Any]:
+    """What the update at t_k does not change. Read before it, so that the controller finds its inputs in the cache."""
+    state = _read(diagram, context, "vehicle_state").reshape(4, 3)
+    row = dict(zip(("position", "attitude", "velocity", "angular_velocity"), state, strict=True))
     for name in ("position_reference", "attitude_reference", "ship_position"):
-        row[name] = read(name)
+        row[name] = _read(diagram, context, name)
     for name in ("channel_gain", "snr_db", "spectral_efficiency", "phase_difference"):
-        row[name] = read(name)[0]
-    has_mpc = diagram.HasOutputPort("solver_status")
-    row["rotor_speed"] = np.sqrt(read("rotor_speed_squared")) if has_mpc else np.full(6, np.nan)
-    status = SolverStatus(read("solver_status") if has_mpc else np.zeros(4))
-    row["solver_success"], row["solver_iterations"] = status.success, status.iterations
-    row["solver_fallback"] = status.fallback
+        row[name] = _read(diagram, context, name)[0]
     return row
+
+
+def _read_input(diagram: Diagram, context: Context) -> dict[str, Any]:
+    """What the update at t_k decides; a diagram without a controller has none of it."""
+    has_mpc = diagram.HasOutputPort("solver_status")
+    status = SolverStatus(_read(diagram, context, "solver_status") if has_mpc else np.zeros(4))
+    return {
+        "rotor_speed": np.sqrt(_read(diagram, context, "rotor_speed_squared")) if has_mpc else np.full(6, np.nan),
+        "solver_success": status.success,
+        "solver_iterations": status.iterations,
+        "solver_fallback": status.fallback,
+    }
 
 
 def _assemble(scenario: Scenario, rows: list[dict[str, Any]], total: float) -> Flight:

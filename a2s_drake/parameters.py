@@ -13,7 +13,7 @@ GRAVITY = 9.81  # Drake's default, m/s^2.
 
 LAWS = ("three_axis", "pitch_only", "level")
 FALLBACKS = ("nearest", "zero", "index_zero")
-SOLVERS = ("osqp", "ipopt")
+SOLVERS = ("piqp", "osqp", "ipopt")
 INTEGRATORS = ("runge_kutta2", "runge_kutta3", "runge_kutta5", "explicit_euler")
 
 
@@ -127,8 +127,9 @@ class AttitudeLaw:
 class Mpc:
     """The tracking controller: horizon, weights, bounds and solver."""
 
-    # osqp: one Gauss-Newton QP a sample (real-time iteration); ipopt: the whole nonlinear program a sample.
-    solver: str = _choice("osqp", SOLVERS)
+    # piqp, osqp: one Gauss-Newton QP a sample (real-time iteration), by PIQP with its workspace kept between samples or
+    # by Drake's own OSQP; ipopt: the whole nonlinear program a sample.
+    solver: str = _choice("piqp", SOLVERS)
     # Sampling period T_s, s, and number N of periods in the horizon (Table I).
     period: float = _number(0.02, at_least=1e-4, at_most=10.0)
     horizon: int = _number(30, at_least=1, at_most=1000)
@@ -146,7 +147,7 @@ class Mpc:
     # Corners of the operating region A, m, world frame (not given in the paper).
     position_lower: list[float] = _vector(-10.0, -10.0, -10.0, at_least=-1e5, at_most=1e5)
     position_upper: list[float] = _vector(10.0, 10.0, 10.0, at_least=-1e5, at_most=1e5)
-    # Absolute and relative tolerance of the QP, and its iteration limit.
+    # Absolute and relative tolerance of the QP, and its iteration limit (of which piqp uses at most 100).
     qp_tolerance: float = _number(1e-5, at_least=1e-12, at_most=0.1)
     qp_max_iterations: int = _number(4000, at_least=1, at_most=1_000_000)
 

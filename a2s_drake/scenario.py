@@ -14,6 +14,7 @@ from a2s_drake.attitude_law import affine_phase, nearest_fringe
 from a2s_drake.checks import ScenarioError, check_inertia, check_order, check_part, refuse
 from a2s_drake.parameters import Airframe, AttitudeLaw, Link, Mission, Mpc, Simulation
 from a2s_drake.paths import ship_position, uav_position, uav_velocity
+from a2s_drake.piqp_solver import PiqpSolver
 from a2s_drake.rotations import rotation_matrix
 
 # More samples than this in one flight is a slip of the keyboard: at 20 ms it is more than two days.
@@ -136,6 +137,7 @@ class Scenario:
         check_order("airframe", self.airframe, "rotor_speed_min", "rotor_speed_max")
         check_order("attitude_law", self.attitude_law, "index_min", "index_max", strict=False)
         check_order("mpc", self.mpc, "position_lower", "position_upper")
+        self._check_solver()
         self._check_sampling()
         self._check_hover()
         self._check_altitude()
@@ -143,6 +145,10 @@ class Scenario:
         if self.attitude_law.name != "level":
             self._check_index_window()
         return self
+
+    def _check_solver(self) -> None:
+        if self.mpc.solver == "piqp" and not PiqpSolver().available():
+            raise refuse("mpc.solver", "piqp", "needs the package piqp (pip install piqp); osqp needs only Drake")
 
     def _check_sampling(self) -> None:
         period = self.mpc.period

@@ -36,13 +36,13 @@ def code_digest(*packages: Path) -> str:
 
 
 class FlightStore:
-    """A folder of flights, each in a folder of its own named by all it hangs on: scenario, code, Drake and NumPy."""
+    """A folder of flights, each in a folder of its own named by all it hangs on: scenario, code and libraries."""
 
     def __init__(self, folder: Path, code: str) -> None:
         """A store in a folder, which is made where it is missing, for flights of the code with some digest."""
         folder.mkdir(parents=True, exist_ok=True)
         self._folder = folder
-        self._maker = f"{code} drake {version('drake')} numpy {version('numpy')}"
+        self._maker = " ".join([code, *(f"{name} {version(name)}" for name in ("drake", "numpy", "piqp"))])
 
     def place(self, scenario: Scenario) -> Path:
         """Where a scenario's flight is or will be kept."""

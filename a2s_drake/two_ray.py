@@ -109,7 +109,7 @@ def TwoRayChannel_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a templat
             self._vehicle_state = self.DeclareVectorInputPort("vehicle_state", 12)
             self._ship_position = self.DeclareVectorInputPort("ship_position", 3)
             inputs = {self._vehicle_state.ticket(), self._ship_position.ticket()}
-            self.DeclareVectorOutputPort("channel_gain", 1, self._calc_channel_gain, inputs)
+            self._channel_gain = self.DeclareVectorOutputPort("channel_gain", 1, self._calc_channel_gain, inputs)
             self.DeclareVectorOutputPort("snr_db", 1, self._calc_snr_db, inputs)
             self.DeclareVectorOutputPort("spectral_efficiency", 1, self._calc_spectral_efficiency, inputs)
             self.DeclareVectorOutputPort("phase_difference", 1, self._calc_phase_difference, inputs)
@@ -126,10 +126,10 @@ def TwoRayChannel_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a templat
             output[0] = channel_gain(*self._path_lengths(context), self._link)
 
         def _calc_snr_db(self, context: Any, output: Any) -> None:
-            output[0] = snr_db(channel_gain(*self._path_lengths(context), self._link), self._link)
+            output[0] = snr_db(self._channel_gain.Eval(context)[0], self._link)
 
         def _calc_spectral_efficiency(self, context: Any, output: Any) -> None:
-            output[0] = spectral_efficiency(channel_gain(*self._path_lengths(context), self._link), self._link)
+            output[0] = spectral_efficiency(self._channel_gain.Eval(context)[0], self._link)
 
         def _calc_phase_difference(self, context: Any, output: Any) -> None:
             output[0] = phase_difference(*self._path_lengths(context), self._link)

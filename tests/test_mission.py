@@ -6,7 +6,7 @@ import pytest
 from a2s_drake import Flight, compute_metrics, run_flight
 from a2s_drake.flight import array_names
 from a2s_drake.metrics import gain_percent
-from a2s_drake.mpc.solve import RealTimeIteration, WholeProgram, solve_to_convergence
+from a2s_drake.mpc.solve import WholeProgram, make_solver, solve_to_convergence
 from a2s_drake.parameters import LAWS
 from a2s_drake.scenario import Scenario
 from diagrams import build_closed_loop
@@ -120,7 +120,7 @@ def test_settled_rti_is_the_solution_of_the_whole_program(sample: int, fly) -> N
     x0 = state_at(flight, sample)
     model, reference, guess = model_of(scenario), reference_at(scenario, sample), hover_from(scenario, x0)
     settled = solve_to_convergence(
-        RealTimeIteration(model, scenario.airframe, scenario.mpc), x0, reference, guess, change=1e-6
+        make_solver(model, scenario.airframe, scenario.mpc), x0, reference, guess, change=1e-6
     )
     whole = WholeProgram(model, scenario.airframe, scenario.mpc).solve(x0, reference, guess)
     assert settled.plan is not None
@@ -128,15 +128,17 @@ def test_settled_rti_is_the_solution_of_the_whole_program(sample: int, fly) -> N
     assert np.abs(settled.plan.input[0] - whole.plan.input[0]).max() <= 1e-4 * ROTOR_RANGE
 
 
+@pytest.mark.parametrize("solver", ["piqp", "osqp"])
 @pytest.mark.parametrize("sample", [0, 100, 194, 478, 1325])
-def test_qp_accuracy(sample: int, fly) -> None:
+def test_qp_accuracy(sample: int, solver: str, fly) -> None:
     # What the README states: the applied input lies within 0.01 % of the rotor range of the QP's solution.
     flight = fly("paper_calibrated")
     scenario = flight.scenario
     x0 = state_at(flight, sample)
-    exact = scenario.with_overrides(["mpc.qp_tolerance=1e-9", "mpc.qp_max_iterations=100000"])
+    scenario = scenario.with_overrides([f"mpc.solver={solver}"])
+    exact = scenario.with_overrides(["mpc.solver=osqp", "mpc.qp_tolerance=1e-9", "mpc.qp_max_iterations=100000"])
     plans = [
-        RealTimeIteration(model_of(s), s.airframe, s.mpc).solve(x0, reference_at(s, sample), hover_from(s, x0)).plan
+        make_solver(model_of(s), s.airframe, s.mpc).solve(x0, reference_at(s, sample), hover_from(s, x0)).plan
         for s in (scenario, exact)
     ]
     assert plans[0] is not None

@@ -56,7 +56,7 @@ def test_step_derivative_is_the_slope_of_the_step(rng: np.random.Generator) -> N
     dut = RigidBodyModel.of(Airframe())
     x, u = rng.uniform(-0.5, 0.5, (4, 12)), rng.uniform(256.0, 1e4, (4, 6))
     reached, slope = dut.linearized_step(x, u, 0.02)
-    np.testing.assert_array_equal(reached, dut.step(x, u, 0.02))
+    np.testing.assert_allclose(reached, dut.step(x, u, 0.02), rtol=1e-13, atol=1e-15)
     for column, size in enumerate([1e-6] * 12 + [1e-2] * 6):
         nudge = size * np.eye(18)[column]
         ahead, behind = (dut.step(x + sign * nudge[:12], u + sign * nudge[12:], 0.02) for sign in (1.0, -1.0))

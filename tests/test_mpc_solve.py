@@ -6,7 +6,8 @@ from pydrake.solvers import OsqpSolver
 from a2s_drake import Scenario
 from a2s_drake.mpc.plan import Plan, tracking_cost
 from a2s_drake.mpc.program import INPUT_SCALE, LinearizedProgram, NonlinearProgram, input_bounds, state_bounds
-from a2s_drake.mpc.solve import RealTimeIteration, WholeProgram, solve_to_convergence
+from a2s_drake.mpc.solve import WholeProgram, make_solver, solve_to_convergence
+from a2s_drake.parameters import SOLVERS
 from tests.tracking import ROTOR_RANGE, hover_from, model_of, reference_at
 
 
@@ -16,7 +17,7 @@ def test_program_cost_is_the_tracking_cost(program, soft: bool, scenario: Scenar
     dut = program(model_of(scenario), scenario.airframe, scenario.mpc, soft=soft)
     plan = Plan(rng.normal(size=(31, 12)), rng.uniform(256.0, 1e4, (30, 6)))
     reference = reference_at(scenario, 100)
-    dut.aim(plan.state[0], reference)
+    dut.aim(reference)
     costs = [dut.prog.EvalBinding(cost, dut.guess(plan))[0] for cost in dut.prog.GetAllCosts()]
     assert sum(costs) == pytest.approx(tracking_cost(plan, reference, scenario.mpc), rel=1e-12)
 
@@ -39,7 +40,7 @@ def test_linearized_dynamics_hold_on_the_plan_they_were_taken_from(scenario: Sce
     inputs = rng.uniform(3000.0, 4500.0, (30, 6))
     rolled = Plan(model.rollout(np.zeros(12), inputs, 0.02), inputs)
     dut.linearize(rolled)
-    dut.aim(rolled.state[0], reference_at(scenario, 0))
+    dut.aim(reference_at(scenario, 0))
     for binding in dut.prog.linear_equality_constraints():
         residual = dut.prog.EvalBinding(binding, dut.guess(rolled)) - binding.evaluator().lower_bound()
         np.testing.assert_allclose(residual, 0.0, atol=1e-12)
@@ -57,20 +58,39 @@ def test_nonlinear_dynamics_hold_on_a_rollout_and_only_there(scenario: Scenario)
     assert np.abs(off_defects).max() > 1e-3
 
 
-def test_only_osqp_and_ipopt_are_ever_called(scenario: Scenario) -> None:
-    rti = RealTimeIteration(model_of(scenario), scenario.airframe, scenario.mpc)
-    whole = WholeProgram(model_of(scenario), scenario.airframe, scenario.mpc)
-    x0 = np.zeros(12)
-    assert rti._osqp.solver_id().name() == "OSQP"
-    assert whole._ipopt.solver_id().name() == "Ipopt"
-    for solver in (rti, whole):
-        assert solver.solve(x0, reference_at(scenario, 0), hover_from(scenario, x0)).plan is not None
+@pytest.fixture(params=["piqp", "osqp"])
+def qp_scenario(request: pytest.FixtureRequest, scenario: Scenario) -> Scenario:
+    """Table I under each solver of the QP."""
+    return scenario.with_overrides([f"mpc.solver={request.param}"])
 
 
-def test_solution_respects_bounds_and_its_own_dynamics(scenario: Scenario) -> None:
+def test_each_name_is_its_solver(scenario: Scenario) -> None:
+    made = {}
+    for name in SOLVERS:
+        scenario.mpc.solver = name
+        made[name] = make_solver(model_of(scenario), scenario.airframe, scenario.mpc)
+    assert made["piqp"]._qp._piqp.solver_id().name() == "PIQP"
+    assert made["osqp"]._qp._osqp.solver_id().name() == "OSQP"
+    assert made["ipopt"]._ipopt.solver_id().name() == "Ipopt"
+
+
+def test_solvers_of_the_qp_agree(scenario: Scenario, rng: np.random.Generator) -> None:
+    scenario.mpc.qp_tolerance = 1e-7
+    x0 = rng.uniform(-0.1, 0.1, 12)
+    plans = []
+    for name in ("piqp", "osqp"):
+        scenario.mpc.solver = name
+        dut = make_solver(model_of(scenario), scenario.airframe, scenario.mpc)
+        plans.append(dut.solve(x0, reference_at(scenario, 194), hover_from(scenario, x0)).plan)
+    np.testing.assert_allclose(plans[0].input, plans[1].input, atol=1e-4 * ROTOR_RANGE)
+    np.testing.assert_allclose(plans[0].state, plans[1].state, atol=1e-5)
+
+
+def test_solution_respects_bounds_and_its_own_dynamics(qp_scenario: Scenario) -> None:
+    scenario = qp_scenario
     x0 = np.zeros(12)
     x0[4] = np.deg2rad(14.9)
-    dut = RealTimeIteration(model_of(scenario), scenario.airframe, scenario.mpc)
+    dut = make_solver(model_of(scenario), scenario.airframe, scenario.mpc)
     plan = solve_to_convergence(dut, x0, reference_at(scenario, 0), hover_from(scenario, x0)).plan
     assert plan is not None
     lower, upper = state_bounds(scenario.mpc)
@@ -82,9 +102,10 @@ def test_solution_respects_bounds_and_its_own_dynamics(scenario: Scenario) -> No
     np.testing.assert_allclose(plan.state, model_of(scenario).rollout(x0, plan.input, 0.02), atol=1e-4)
 
 
-def test_first_stage_is_predicted_from_the_measured_state(scenario: Scenario) -> None:
+def test_first_stage_is_predicted_from_the_measured_state(qp_scenario: Scenario) -> None:
+    scenario = qp_scenario
     # The guess starts elsewhere; linearised there, the prediction of a turned vehicle would be off by millimetres.
-    dut = RealTimeIteration(model_of(scenario), scenario.airframe, scenario.mpc)
+    dut = make_solver(model_of(scenario), scenario.airframe, scenario.mpc)
     x0 = np.array([0.1, 0.0, 0.0, 0.2, -0.2, 0.1, 0.3, 0.0, 0.0, 0.5, -0.5, 0.3])
     plan = dut.solve(x0, reference_at(scenario, 0), hover_from(scenario, np.zeros(12))).plan
     assert plan is not None
@@ -93,27 +114,22 @@ def test_first_stage_is_predicted_from_the_measured_state(scenario: Scenario) ->
 
 def test_an_inaccurate_answer_is_no_answer(scenario: Scenario) -> None:
     # Stopped short, OSQP calls an answer within ten times its tolerance "inaccurate", and Drake calls that a success.
-    scenario.mpc.qp_max_iterations = 40
-    dut = RealTimeIteration(model_of(scenario), scenario.airframe, scenario.mpc)
+    scenario.mpc.solver = "osqp"
+    dut = make_solver(model_of(scenario), scenario.airframe, scenario.mpc)
     x0 = np.zeros(12)
-    guess = solve_to_convergence(
-        RealTimeIteration(model_of(scenario), scenario.airframe, Scenario().mpc),
-        x0,
-        reference_at(scenario, 0),
-        hover_from(scenario, x0),
-    ).plan
+    guess = solve_to_convergence(dut, x0, reference_at(scenario, 0), hover_from(scenario, x0)).plan
     assert guess is not None
     results = []
-    inner = dut._osqp
+    inner = dut._qp._osqp
 
     class Listening:
         def Solve(self, *arguments: object) -> object:  # noqa: N802 - Drake's name
             results.append(inner.Solve(*arguments))
             return results[-1]
 
-    dut._osqp = Listening()
+    dut._qp._osqp = Listening()
     for iterations in range(10, 200, 10):
-        dut._options[False].SetOption(OsqpSolver.id(), "max_iter", iterations)
+        dut._qp._options[False].SetOption(OsqpSolver.id(), "max_iter", iterations)
         solution = dut.solve(x0, reference_at(scenario, 0), guess)
         if results[-1].is_success() and results[-1].get_solver_details().status_val == 2:
             assert solution.plan is None
@@ -144,8 +160,9 @@ def test_ipopt_reports_iterations(scenario: Scenario) -> None:
     assert 5 <= solution.iterations <= 300
 
 
-def test_softened_program_has_the_hard_solution_where_there_is_one(scenario: Scenario) -> None:
-    dut = RealTimeIteration(model_of(scenario), scenario.airframe, scenario.mpc)
+def test_softened_program_has_the_hard_solution_where_there_is_one(qp_scenario: Scenario) -> None:
+    scenario = qp_scenario
+    dut = make_solver(model_of(scenario), scenario.airframe, scenario.mpc)
     x0 = np.zeros(12)
     hard, soft = (
         dut.solve(x0, reference_at(scenario, 0), hover_from(scenario, x0), soft=soft).plan for soft in (False, True)
@@ -155,8 +172,9 @@ def test_softened_program_has_the_hard_solution_where_there_is_one(scenario: Sce
     assert np.abs(hard.input[0] - soft.input[0]).max() <= 1e-3 * ROTOR_RANGE
 
 
-def test_softened_program_answers_outside_the_bounds(scenario: Scenario) -> None:
-    dut = RealTimeIteration(model_of(scenario), scenario.airframe, scenario.mpc)
+def test_softened_program_answers_outside_the_bounds(qp_scenario: Scenario) -> None:
+    scenario = qp_scenario
+    dut = make_solver(model_of(scenario), scenario.airframe, scenario.mpc)
     x0 = np.zeros(12)
     x0[6] = 1.5  # faster than the velocity bound allows
     reference, guess = reference_at(scenario, 0), hover_from(scenario, x0)

@@ -1,4 +1,5 @@
 import dataclasses
+import sys
 
 import pytest
 from hypothesis import given
@@ -136,7 +137,7 @@ def test_an_empty_document_is_table_i() -> None:
         ("mpc.period=1e-9", "mpc.period = 1e-09", "at least 0.0001"),
         ("mpc.position_lower=[-5, -5, -5]", "mpc.position_lower", "operating region"),
         ("mpc.position_upper=[10, 10, -10]", "mpc.position_lower", "below mpc.position_upper"),
-        ("mpc.solver=snopt", "mpc.solver = 'snopt'", "osqp, ipopt"),
+        ("mpc.solver=snopt", "mpc.solver = 'snopt'", "piqp, osqp, ipopt"),
         ("attitude_law.name=yaw", "attitude_law.name = 'yaw'", "three_axis, pitch_only, level"),
         ("attitude_law.index_max=-51", "attitude_law.index_min = -50", "at most attitude_law.index_max"),
         ("attitude_law.index_max=42", "attitude_law.index_max = 42", "39..43"),
@@ -207,3 +208,10 @@ def test_samples_include_both_ends(duration: float, samples: int) -> None:
     assert len(times) == samples
     assert times[0] == 0.0
     assert times[-1] <= duration * (1 + 1e-12)
+
+
+def test_a_missing_solver_is_named_before_the_flight(scenario: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "piqp", None)
+    with pytest.raises(ScenarioError, match=r"mpc.solver = 'piqp'.*pip install piqp.*osqp needs only Drake"):
+        scenario.validate()
+    scenario.with_overrides(["mpc.solver=osqp"]).validate()

@@ -32,11 +32,14 @@ class Plan:
         """Whether every number is one."""
         return bool(np.isfinite(self.state).all() and np.isfinite(self.input).all())
 
-    def shifted(self, model: RigidBodyModel, period: float) -> "Plan":
-        """The same plan one period later, its last input held for one more period."""
-        last = self.input[-1]
-        end = model.step(self.state[-1], last, period)
-        return Plan(np.vstack([self.state[1:], end]), np.vstack([self.input[1:], last]))
+    def shifted(self, end: FloatArray | None = None) -> "Plan":
+        """The same plan one period later, its last input held for one more period.
+
+        Args:
+          end: the state (12,) that this leads to; by default the last state again, which is enough of a guess.
+        """
+        end = self.state[-1] if end is None else end
+        return Plan(np.vstack([self.state[1:], end]), np.vstack([self.input[1:], self.input[-1]]))
 
 
 def hold(x: FloatArray, u: FloatArray, horizon: int, model: RigidBodyModel, period: float) -> Plan:

@@ -76,20 +76,21 @@ class Planner:
             return self._decide(x0, reference, previous)
 
     def _decide(self, x0: FloatArray, reference: Reference, previous: Plan | None) -> Decision:
-        shifted = previous.shifted(self.model, self._mpc.period) if previous is not None else None
-        if shifted is not None and not shifted.is_finite():
-            shifted = None
+        if previous is not None and not previous.is_finite():
+            previous = None
         iterations = 0
         if (np.abs(x0) <= self._solvable).all() and reference.is_finite():  # False for NaN
-            guess = shifted or self.hover_plan(x0)
+            guess = self.hover_plan(x0) if previous is None else previous.shifted()
             for fallback in (Fallback.NONE, Fallback.SOFTENED):
-                cold = shifted is None and fallback is Fallback.NONE
+                cold = previous is None and fallback is Fallback.NONE
                 solution = self._attempt(x0, reference, guess, cold=cold, soft=fallback is Fallback.SOFTENED)
                 iterations += solution.iterations
                 if solution.plan is not None and solution.plan.is_finite():
                     return self._decision(solution.plan, fallback, iterations, reference)
-        if shifted is not None:
-            return self._decision(shifted, Fallback.SHIFTED_PLAN, iterations, reference)
+        if previous is not None:
+            shifted = previous.shifted(self.model.step(previous.state[-1], previous.input[-1], self._mpc.period))
+            if shifted.is_finite():
+                return self._decision(shifted, Fallback.SHIFTED_PLAN, iterations, reference)
         return self._decision(self.hover_plan(_finite_start(x0)), Fallback.HOVER, iterations, reference)
 
     def _attempt(self, x0: FloatArray, reference: Reference, guess: Plan, *, cold: bool, soft: bool) -> Solution:
@@ -97,8 +98,8 @@ class Planner:
             if cold:
                 return solve_to_convergence(self._solver, x0, reference, guess)
             return self._solver.solve(x0, reference, guess, soft=soft)
-        except Exception:  # noqa: BLE001 - a solver of any make may raise anything; the vehicle must still fly
-            return Solution(None, 0)
+        except (Exception, SystemExit):  # noqa: BLE001 - a solver of any make may raise anything; the vehicle must fly
+            return Solution(None, 0)  # SystemExit is what pydrake makes of a failed assertion in C++.
 
     def _decision(self, plan: Plan, fallback: Fallback, iterations: int, reference: Reference) -> Decision:
         plan = Plan(plan.state, np.clip(plan.input, *self._input_bounds))

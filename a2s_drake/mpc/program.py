@@ -1,17 +1,19 @@
 """The MPC's MathematicalProgram: one definition of variables, cost and bounds, with linear or nonlinear dynamics.
 
 A program is built once; each sample updates numbers in its bindings. Inputs are scaled by `INPUT_SCALE` before they
-reach a solver, so that all decision variables are of order one.
+reach a solver, so that all decision variables are of order one, and variables are created in the order of time, which
+solvers that work stage by stage live on.
 """
 
 from typing import Any
 
 import numpy as np
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
-from pydrake.solvers import MathematicalProgram, MathematicalProgramResult
+from pydrake.solvers import MathematicalProgram, MathematicalProgramResult, QuadraticCost
+from scipy.sparse import csc_matrix
 
 from a2s_drake.arrays import FloatArray
-from a2s_drake.mpc.model import NUM_INPUTS, NUM_STATES, RigidBodyModel
+from a2s_drake.mpc.model import NUM_INPUTS, NUM_STATES, STEP_SPARSITY, RigidBodyModel
 from a2s_drake.mpc.plan import Plan, Reference, state_weights
 from a2s_drake.parameters import Airframe, Mpc
 
@@ -42,49 +44,56 @@ def input_bounds(airframe: Airframe) -> tuple[float, float]:
 class TrackingProgram:
     """The optimal control problem (eq. 15 of the paper) short of its dynamics.
 
-    Hard bounds on u_0..u_{N-1}; bounds on x_1..x_N, hard or, with `soft`, as exact penalties; x_0 pinned to the
-    measured state. Subclasses add x_{r+1} = h_d(x_r, u_r).
+    Hard bounds on u_0..u_{N-1}; bounds on x_1..x_N, hard or, with `soft`, as exact penalties. Subclasses add
+    x_{r+1} = h_d(x_r, u_r) and pin x_0 to the measured state.
     """
 
     def __init__(self, model: RigidBodyModel, airframe: Airframe, mpc: Mpc, *, soft: bool = False) -> None:
-        self._model, self._mpc, horizon = model, mpc, mpc.horizon
+        self._model, self._mpc, self._weights = model, mpc, state_weights(mpc)
         self.prog = MathematicalProgram()
-        self._num_states, self._num_inputs = NUM_STATES * (horizon + 1), NUM_INPUTS * horizon
-        self._x = self.prog.NewContinuousVariables(self._num_states, "x").reshape(horizon + 1, NUM_STATES)
-        self._u = self.prog.NewContinuousVariables(self._num_inputs, "u").reshape(horizon, NUM_INPUTS)
-
-        self._weights = state_weights(mpc)
-        for state in self._x:
-            self.prog.AddQuadraticCost(np.diag(2.0 * self._weights), np.zeros(NUM_STATES), state, is_convex=True)
-        input_hessian = 2.0 * mpc.input_weight * INPUT_SCALE**2 * np.eye(NUM_INPUTS)
-        for scaled_input in self._u:
-            self.prog.AddQuadraticCost(input_hessian, np.zeros(NUM_INPUTS), scaled_input, is_convex=True)
-        tracked = self._x[:, _TRACKED].ravel()
-        self._pull = self.prog.AddLinearCost(np.zeros(tracked.size), 0.0, tracked).evaluator()
-
-        pinned = np.zeros(NUM_STATES)
-        self._start = self.prog.AddBoundingBoxConstraint(pinned, pinned, self._x[0]).evaluator()
+        states, inputs, slacks = [], [], []
+        for r in range(mpc.horizon + 1):
+            states.append(self.prog.NewContinuousVariables(NUM_STATES, f"x{r}_"))
+            if soft and r > 0:
+                slacks.append(self.prog.NewContinuousVariables(NUM_STATES, f"slack{r}_"))
+            if r < mpc.horizon:
+                inputs.append(self.prog.NewContinuousVariables(NUM_INPUTS, f"u{r}_"))
+        self._x, self._u = np.array(states), np.array(inputs)
+        self._x_indices, self._u_indices = (
+            np.reshape(self.prog.FindDecisionVariableIndices(variables.ravel()), variables.shape)
+            for variables in (self._x, self._u)
+        )
+        self._add_costs()
         low, high = input_bounds(airframe)
         self.prog.AddBoundingBoxConstraint(low / INPUT_SCALE, high / INPUT_SCALE, self._u.ravel())
-        lower, upper = (np.tile(bound, horizon) for bound in state_bounds(mpc))
+        lower, upper = (np.tile(bound, mpc.horizon) for bound in state_bounds(mpc))
         if soft:
-            self._add_soft_bounds(lower, upper)
+            self._add_soft_bounds(lower, upper, np.array(slacks))
         else:
             self.prog.AddBoundingBoxConstraint(lower, upper, self._x[1:].ravel())
 
-    def _add_soft_bounds(self, lower: FloatArray, upper: FloatArray) -> None:
-        bounded = self._x[1:].ravel()
-        slack = self.prog.NewContinuousVariables(bounded.size, "slack")
-        self.prog.AddBoundingBoxConstraint(0.0, np.inf, slack)
-        for i, (state, excess) in enumerate(zip(bounded, slack, strict=True)):
-            both_sides = np.array([[1.0, -1.0], [1.0, 1.0]])
-            free = np.inf
-            self.prog.AddLinearConstraint(both_sides, [-free, lower[i]], [upper[i], free], [state, excess])
-            self.prog.AddQuadraticCost([[2.0 * SOFT_QUADRATIC]], [SOFT_LINEAR], [excess], is_convex=True)
+    def _add_costs(self) -> None:
+        input_weights = np.full(NUM_INPUTS, self._mpc.input_weight * INPUT_SCALE**2)
+        # All stages share one evaluator, which is read once where it would be read N times.
+        stage = _diagonal_cost(np.concatenate([self._weights, input_weights]))
+        for state, scaled_input in zip(self._x[:-1], self._u, strict=True):
+            self.prog.AddCost(stage, np.concatenate([state, scaled_input]))
+        self.prog.AddCost(_diagonal_cost(self._weights), self._x[-1])
+        tracked = self._x[:, _TRACKED].ravel()
+        self._pull = self.prog.AddLinearCost(np.zeros(tracked.size), 0.0, tracked).evaluator()
 
-    def aim(self, x0: FloatArray, reference: Reference) -> None:
-        """Sets the measured state (12,) and the targets of this sample."""
-        self._start.set_bounds(x0, x0)
+    def _add_soft_bounds(self, lower: FloatArray, upper: FloatArray, slacks: Any) -> None:
+        self.prog.AddBoundingBoxConstraint(0.0, np.inf, slacks.ravel())
+        penalty = _diagonal_cost(np.full(NUM_STATES, SOFT_QUADRATIC), SOFT_LINEAR)
+        for excess in slacks:
+            self.prog.AddCost(penalty, excess)
+        identity, free = np.eye(lower.size), np.full(lower.size, np.inf)
+        bounded = np.concatenate([self._x[1:].ravel(), slacks.ravel()])
+        self.prog.AddLinearConstraint(csc_matrix(np.hstack([identity, identity])), lower, free, bounded)
+        self.prog.AddLinearConstraint(csc_matrix(np.hstack([identity, -identity])), -free, upper, bounded)
+
+    def aim(self, reference: Reference) -> None:
+        """Sets the targets of this sample."""
         target = np.hstack([reference.position, reference.attitude])
         weighted = target * self._weights[_TRACKED]
         self._pull.UpdateCoefficients(-2.0 * weighted.ravel(), float((weighted * target).sum()))
@@ -92,46 +101,61 @@ class TrackingProgram:
     def guess(self, plan: Plan) -> FloatArray:
         """A plan as an initial guess of all decision variables; slacks start at zero."""
         guess = np.zeros(self.prog.num_vars())
-        guess[: self._num_states] = plan.state.ravel()
-        guess[self._num_states : self._num_states + self._num_inputs] = plan.input.ravel() / INPUT_SCALE
+        guess[self._x_indices] = plan.state
+        guess[self._u_indices] = plan.input / INPUT_SCALE
         return guess
 
     def read(self, result: MathematicalProgramResult) -> Plan:
         """The plan in a solver's result."""
         values = result.get_x_val()
-        states, inputs = values[: self._num_states], values[self._num_states :][: self._num_inputs]
-        return Plan(states.reshape(-1, NUM_STATES), INPUT_SCALE * inputs.reshape(-1, NUM_INPUTS))
+        return Plan(values[self._x_indices], INPUT_SCALE * values[self._u_indices])
+
+
+def _diagonal_cost(weights: FloatArray, slope: float = 0.0) -> QuadraticCost:
+    """The cost sum of w_i x_i^2 + slope x_i."""
+    return QuadraticCost(np.diag(2.0 * weights), np.full(weights.size, slope), 0.0, is_convex=True)
 
 
 class LinearizedProgram(TrackingProgram):
-    """The Gauss-Newton QP: dynamics linearised along a given plan."""
+    """The Gauss-Newton QP: dynamics linearised along a given plan.
+
+    All stages stand in one sparse constraint, since each binding costs a call to update and another to read: -x_0 =
+    -x, then [A_r B_r] [x_r, u_r] - x_{r+1} = [A_r B_r] [x, u] - h_d(x, u), with the plan's x and u on the right. (Two
+    equal bounds on x_0 would leave interior-point methods no interior, and cost them half as many iterations again.)
+    """
 
     def __init__(self, model: RigidBodyModel, airframe: Airframe, mpc: Mpc, *, soft: bool = False) -> None:
         super().__init__(model, airframe, mpc, soft=soft)
-        self._stages = []
-        placeholder = np.zeros((NUM_STATES, 2 * NUM_STATES + NUM_INPUTS))
-        for r in range(mpc.horizon):
-            variables = np.concatenate([self._x[r], self._u[r], self._x[r + 1]])
-            stage = self.prog.AddLinearEqualityConstraint(placeholder, np.zeros(NUM_STATES), variables)
-            self._stages.append(stage.evaluator())
+        height = NUM_STATES * (mpc.horizon + 1)
+        i, j = np.nonzero(STEP_SPARSITY)
+        stages = np.arange(mpc.horizon)[:, np.newaxis]
+        before = np.hstack([self._x_indices[:-1], self._u_indices])
+        rows = np.concatenate([(NUM_STATES * (stages + 1) + i).ravel(), np.arange(height)])
+        columns = np.concatenate([before[:, j].ravel(), self._x_indices.ravel()])
+        order = np.lexsort((rows, columns))  # that of CSC
+        starts = np.searchsorted(columns[order], np.arange(self.prog.num_vars() + 1))
+        self._matrix = csc_matrix((np.full(order.size, -1.0), rows[order], starts), (height, self.prog.num_vars()))
+        # Entry `_places[k]` of the CSC data is entry `_sources[k]` of the flattened slopes; all others stay -1.
+        sources = (STEP_SPARSITY.size * stages + STEP_SPARSITY.shape[1] * i + j).ravel()
+        self._places = np.flatnonzero(order < sources.size)
+        self._sources = sources[order[self._places]]
+        variables = self.prog.decision_variables()
+        self._dynamics = self.prog.AddLinearEqualityConstraint(self._matrix, np.zeros(height), variables).evaluator()
 
     def linearize(self, plan: Plan) -> None:
-        """Replaces the dynamics by their first-order expansion about each (x_r, u_r) of a plan.
+        """Pins x_0 to a plan's, and replaces the dynamics by their first-order expansion about its (x_r, u_r).
 
         Raises:
-          FloatingPointError: when the expansion overflows; Drake would abort the process on such coefficients.
+          FloatingPointError: when the expansion overflows; Drake would end the process on such coefficients.
         """
         x, u = plan.state[:-1], plan.input
         following, slope = self._model.linearized_step(x, u, self._mpc.period)
-        offset = (slope @ np.hstack([x, u])[..., np.newaxis])[..., 0] - following
-        coefficients = np.empty((len(u), NUM_STATES, 2 * NUM_STATES + NUM_INPUTS))
-        coefficients[..., : NUM_STATES + NUM_INPUTS] = slope
-        coefficients[..., NUM_STATES : NUM_STATES + NUM_INPUTS] *= INPUT_SCALE
-        coefficients[..., NUM_STATES + NUM_INPUTS :] = -np.eye(NUM_STATES)
-        if not (np.isfinite(coefficients).all() and np.isfinite(offset).all()):
+        constant = (slope @ np.concatenate([x, u], axis=-1)[..., np.newaxis])[..., 0] - following
+        slope[..., NUM_STATES:] *= INPUT_SCALE
+        if not (np.isfinite(slope).all() and np.isfinite(constant).all()):
             raise FloatingPointError("the dynamics cannot be linearised about this plan")
-        for stage, matrix, constant in zip(self._stages, coefficients, offset, strict=True):
-            stage.UpdateCoefficients(matrix, constant)
+        self._matrix.data[self._places] = slope.ravel()[self._sources]
+        self._dynamics.UpdateCoefficients(self._matrix, np.concatenate([-x[0], constant.ravel()]))
 
 
 class NonlinearProgram(TrackingProgram):
@@ -140,10 +164,16 @@ class NonlinearProgram(TrackingProgram):
     def __init__(self, model: RigidBodyModel, airframe: Airframe, mpc: Mpc, *, soft: bool = False) -> None:
         super().__init__(model, airframe, mpc, soft=soft)
         self._taped_calls = 0
+        pinned = np.zeros(NUM_STATES)
+        self._start = self.prog.AddBoundingBoxConstraint(pinned, pinned, self._x[0]).evaluator()
         still = np.zeros(NUM_STATES)
         for r in range(mpc.horizon):
             variables = np.concatenate([self._x[r], self._u[r], self._x[r + 1]])
             self.prog.AddConstraint(self._defect, still, still, variables)
+
+    def start_at(self, x0: FloatArray) -> None:
+        """Pins x_0 to a measured state (12,)."""
+        self._start.set_bounds(x0, x0)
 
     @property
     def gradient_evaluations(self) -> int:

@@ -1,0 +1,175 @@
+"""PIQP behind Drake's SolverInterface: convex quadratic programs, with a workspace kept between solves."""
+
+import importlib
+import importlib.util
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from pydrake.solvers import (
+    ClarabelSolver,
+    GetProgramType,
+    MathematicalProgram,
+    MathematicalProgramResult,
+    ProgramType,
+    SolutionResult,
+    SolverId,
+    SolverInterface,
+    SolverOptions,
+)
+
+from a2s_drake.arrays import FloatArray
+from a2s_drake.quadratic_form import QuadraticForm
+
+_ID = SolverId("PIQP")
+
+
+class PiqpSolver(SolverInterface):
+    """Solves convex QPs and LPs by PIQP, a proximal interior-point method (R. Schwan et al., CDC 2023).
+
+    Its multistage backend factors the KKT system block by block along the variables, so its time is linear in the
+    horizon of a control problem whose decision variables are created in the order of time.
+
+    One workspace is kept per program. New linear costs, bounds, and coefficients within the sparsity of linear
+    constraints are taken over in place; any other change to a program is noticed, and has its workspace set up anew.
+    Every solve starts cold: an answer depends on the program alone, not on what was solved before, and the initial
+    guess is ignored.
+
+    Options, under the solver's id, are the fields of PIQP's `Settings`.
+
+    Drake lets a Python solver write neither its id nor costs nor details into a result: `get_solver_id()` there says
+    Clarabel, `get_optimal_cost()` is NaN, and the iterations are read from this object.
+    """
+
+    def __init__(self) -> None:
+        SolverInterface.__init__(self)
+        self._workspaces: WeakKeyDictionary[MathematicalProgram, _Workspace] = WeakKeyDictionary()
+        self._iterations = 0
+
+    @property
+    def iterations(self) -> int:
+        """Interior-point iterations of the last solve."""
+        return self._iterations
+
+    @staticmethod
+    def id() -> SolverId:
+        """The id under which options are set."""
+        return _ID
+
+    def solver_id(self) -> SolverId:
+        """See `id`."""
+        return _ID
+
+    def available(self) -> bool:
+        """Whether the package piqp is installed."""
+        try:
+            return importlib.util.find_spec("piqp") is not None
+        except ValueError:  # what an import blocked in sys.modules looks like
+            return False
+
+    def enabled(self) -> bool:
+        """Always: PIQP needs no license."""
+        return True
+
+    def AreProgramAttributesSatisfied(self, prog: MathematicalProgram) -> bool:  # noqa: N802 - Drake's name
+        """Whether a program is a linear or a convex quadratic one."""
+        return GetProgramType(prog) in (ProgramType.kLP, ProgramType.kQP)
+
+    def ExplainUnsatisfiedProgramAttributes(self, prog: MathematicalProgram) -> str:  # noqa: N802 - Drake's name
+        """Why a program cannot be solved; empty when it can."""
+        if self.AreProgramAttributesSatisfied(prog):
+            return ""
+        return f"PiqpSolver solves linear and convex quadratic programs, not one of type {GetProgramType(prog).name}."
+
+    def Solve(  # noqa: N802 - Drake's name
+        self,
+        prog: MathematicalProgram,
+        initial_guess: FloatArray | None = None,  # noqa: ARG002 - part of Drake's signature
+        solver_options: SolverOptions | None = None,
+        result: MathematicalProgramResult | None = None,
+    ) -> MathematicalProgramResult:
+        """Solves a program; writes into `result` where one is given.
+
+        Raises:
+          ModuleNotFoundError: when the package piqp is missing.
+          ValueError: when the program is neither an LP nor a convex QP, or PIQP has no such option.
+        """
+        if reason := self.ExplainUnsatisfiedProgramAttributes(prog):
+            raise ValueError(reason)
+        options = {} if solver_options is None else solver_options.options.get(_ID.name(), {})
+        workspace = self._workspaces.get(prog)
+        if workspace is None or not workspace.take_over(prog, options):
+            workspace = self._workspaces[prog] = _Workspace(prog, options)
+        outcome, values = workspace.solve()
+        self._iterations = workspace.iterations
+        if outcome != SolutionResult.kSolutionFound:
+            del self._workspaces[prog]  # Iterates that are not finite would linger in it.
+        result = MathematicalProgramResult() if result is None else result
+        _bind(result, prog)
+        result.set_x_val(values)
+        result.set_solution_result(outcome)
+        return result
+
+
+class _Workspace:
+    """PIQP set up for one program under one set of options."""
+
+    def __init__(self, prog: MathematicalProgram, options: dict[str, Any]) -> None:
+        self._piqp = require_piqp()
+        self._form, self._options = QuadraticForm(prog), dict(options)
+        self._solver = self._piqp.SparseSolver()
+        settings = {"kkt_solver": self._piqp.KKTSolver.sparse_multistage} | self._options
+        for name, value in settings.items():
+            if not hasattr(self._solver.settings, name):
+                raise ValueError(f"PIQP has no option {name!r}")
+            setattr(self._solver.settings, name, value)
+        form = self._form
+        self._solver.setup(form.P, form.c, form.A, form.b, form.G, form.h_l, form.h_u, form.x_l, form.x_u)
+
+    def take_over(self, prog: MathematicalProgram, options: dict[str, Any]) -> bool:
+        """Updates the numbers in place; False when that is not enough."""
+        form = self._form
+        if options != self._options or not form.refresh(prog):
+            return False
+        constraints = {"G": form.G, "h_l": form.h_l, "h_u": form.h_u} if form.G.nnz else {}
+        self._solver.update(c=form.c, A=form.A, b=form.b, x_l=form.x_l, x_u=form.x_u, **constraints)
+        return True
+
+    def solve(self) -> tuple[SolutionResult, FloatArray]:
+        piqp = self._piqp
+        results = {
+            piqp.PIQP_SOLVED: SolutionResult.kSolutionFound,
+            piqp.PIQP_MAX_ITER_REACHED: SolutionResult.kIterationLimit,
+            piqp.PIQP_PRIMAL_INFEASIBLE: SolutionResult.kInfeasibleConstraints,
+            piqp.PIQP_DUAL_INFEASIBLE: SolutionResult.kDualInfeasible,
+        }
+        status = self._solver.solve()
+        return results.get(status, SolutionResult.kSolverSpecificError), self._solver.result.x
+
+    @property
+    def iterations(self) -> int:
+        return self._solver.result.info.iter
+
+
+def _bind(result: MathematicalProgramResult, prog: MathematicalProgram) -> None:
+    """Tells a result which decision variables its numbers belong to.
+
+    Only Drake's own solvers can. One that is given an initial guess of the wrong size has done so before it refuses.
+    """
+    try:
+        ClarabelSolver().Solve(prog, np.zeros(prog.num_vars() + 1), None, result)
+    except ValueError:
+        return
+
+
+def require_piqp() -> Any:
+    """The module piqp.
+
+    Raises:
+      ModuleNotFoundError: that says what to install.
+    """
+    try:
+        return importlib.import_module("piqp")
+    except ModuleNotFoundError as error:
+        message = "PiqpSolver needs the package piqp: pip install piqp"
+        raise ModuleNotFoundError(message) from error

@@ -1,0 +1,137 @@
+import gc
+import sys
+import weakref
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolutionResult, SolverOptions
+
+from a2s_drake.piqp_solver import PiqpSolver
+
+TIGHT = SolverOptions()
+for name in ("eps_abs", "eps_duality_gap_abs"):
+    TIGHT.SetOption(PiqpSolver.id(), name, 1e-9)
+
+
+def feasible_program(seed: int) -> tuple[MathematicalProgram, np.ndarray]:
+    """A strictly convex QP with every kind of linear constraint, one of them fixing a variable."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(3, 12))
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(n)
+    root, inside = rng.normal(size=(n, n)), rng.normal(size=n)
+    prog.AddQuadraticCost(root @ root.T + np.eye(n), rng.normal(size=n), x, is_convex=True)
+    prog.AddLinearCost(rng.normal(size=2), 0.0, x[:2])
+    rows, equal = rng.normal(size=(3, n)), rng.normal(size=(1, n))
+    prog.AddLinearConstraint(rows, rows @ inside - [0.1, np.inf, 0.0], rows @ inside + [np.inf, 0.1, 0.2], x)
+    prog.AddLinearEqualityConstraint(equal, equal @ inside, x)
+    prog.AddBoundingBoxConstraint(inside - 0.3, inside + 0.2, x)
+    prog.AddBoundingBoxConstraint(inside[-1], inside[-1], x[-1])
+    return prog, x
+
+
+@given(seed=st.integers(0, 10_000))
+def test_answers_are_clarabels(seed: int) -> None:
+    prog, x = feasible_program(seed)
+    dut = PiqpSolver().Solve(prog, None, TIGHT)
+    oracle = ClarabelSolver().Solve(prog, None, None)
+    assert oracle.is_success()
+    assert dut.is_success()
+    np.testing.assert_allclose(dut.GetSolution(x), oracle.GetSolution(x), atol=1e-4)
+
+
+def test_linear_program() -> None:
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2)
+    prog.AddLinearCost([-1.0, -2.0], 0.0, x)
+    prog.AddLinearConstraint(np.ones((1, 2)), [-np.inf], [3.0], x)
+    prog.AddBoundingBoxConstraint(0.0, 2.0, x)
+    np.testing.assert_allclose(PiqpSolver().Solve(prog, None, TIGHT).GetSolution(x), [1.0, 2.0], atol=1e-6)
+
+
+def test_changes_to_a_program_reach_its_workspace() -> None:
+    prog, x = feasible_program(3)
+    dut = PiqpSolver()
+    dut.Solve(prog, None, TIGHT)
+    prog.linear_costs()[0].evaluator().UpdateCoefficients([5.0, -5.0])
+    moved = dut.Solve(prog, None, TIGHT)
+    np.testing.assert_allclose(moved.get_x_val(), ClarabelSolver().Solve(prog).get_x_val(), atol=1e-4)
+    prog.AddQuadraticErrorCost(10.0 * np.eye(len(x)), np.ones(len(x)), x)
+    reshaped = dut.Solve(prog, None, TIGHT)
+    np.testing.assert_allclose(reshaped.get_x_val(), ClarabelSolver().Solve(prog).get_x_val(), atol=1e-4)
+    assert np.abs(reshaped.get_x_val() - moved.get_x_val()).max() > 1e-3
+
+
+def test_an_answer_does_not_hang_on_what_was_solved_before() -> None:
+    prog, _ = feasible_program(5)
+    fresh = PiqpSolver().Solve(prog).get_x_val()
+    dut = PiqpSolver()
+    cost = prog.linear_costs()[0].evaluator()
+    original = cost.a()
+    cost.UpdateCoefficients([100.0, 100.0])
+    dut.Solve(prog)
+    cost.UpdateCoefficients([np.nan, 0.0])
+    assert not dut.Solve(prog).is_success()
+    cost.UpdateCoefficients(original)
+    np.testing.assert_array_equal(dut.Solve(prog).get_x_val(), fresh)
+
+
+def test_infeasible_program_has_no_solution() -> None:
+    prog, x = feasible_program(1)
+    prog.AddLinearConstraint(np.ones((1, len(x))), [1e3], [np.inf], x)
+    assert PiqpSolver().Solve(prog).get_solution_result() == SolutionResult.kInfeasibleConstraints
+
+
+def test_iteration_limit_is_no_solution_and_is_counted() -> None:
+    options = SolverOptions()
+    options.SetOption(PiqpSolver.id(), "max_iter", 1)
+    dut = PiqpSolver()
+    prog, _ = feasible_program(2)
+    assert dut.Solve(prog, None, options).get_solution_result() == SolutionResult.kIterationLimit
+    assert dut.iterations == 1
+    assert dut.Solve(prog).is_success()  # without the option, the limit is PIQP's own again
+    assert dut.iterations > 1
+
+
+def test_a_result_passed_in_is_filled() -> None:
+    prog, x = feasible_program(7)
+    result = PiqpSolver().Solve(prog)
+    before = result.GetSolution(x)
+    prog.linear_costs()[0].evaluator().UpdateCoefficients([3.0, 3.0])
+    assert PiqpSolver().Solve(prog, None, None, result) is result
+    assert np.abs(result.GetSolution(x) - before).max() > 1e-3
+
+
+def test_programs_of_other_kinds_are_refused() -> None:
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(1)
+    prog.AddConstraint(lambda z: z**3, [0.0], [1.0], x)
+    assert not PiqpSolver().AreProgramAttributesSatisfied(prog)
+    with pytest.raises(ValueError, match=r"linear and convex quadratic programs, not one of type kNLP"):
+        PiqpSolver().Solve(prog)
+
+
+def test_unknown_option_is_named() -> None:
+    options = SolverOptions()
+    options.SetOption(PiqpSolver.id(), "max_itr", 1)
+    with pytest.raises(ValueError, match="PIQP has no option 'max_itr'"):
+        PiqpSolver().Solve(feasible_program(0)[0], None, options)
+
+
+def test_missing_package_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "piqp", None)
+    assert not PiqpSolver().available()
+    with pytest.raises(ModuleNotFoundError, match="pip install piqp"):
+        PiqpSolver().Solve(feasible_program(0)[0])
+
+
+def test_workspaces_end_with_their_programs() -> None:
+    dut = PiqpSolver()
+    prog, x = feasible_program(0)
+    dut.Solve(prog)
+    gone = weakref.ref(prog)
+    del prog, x
+    gc.collect()
+    assert gone() is None
