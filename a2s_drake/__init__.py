@@ -6,8 +6,9 @@ from a2s_drake.checks import ScenarioError
 from a2s_drake.flight import Flight, FlightEnded, FlightInterrupted, WallClock, run_flight
 from a2s_drake.metrics import compute_metrics
 from a2s_drake.mpc.controller import MpcController, SolverStatus
-from a2s_drake.parameters import Airframe, AttitudeLaw, Link, Mission, Mpc, Simulation
+from a2s_drake.parameters import Airframe, AttitudeLaw, Disturbance, Link, Mission, Mpc, Simulation
 from a2s_drake.paths import ShipTrajectory, UavPath
+from a2s_drake.piqp_solver import PiqpSolver
 from a2s_drake.scenario import Scenario
 from a2s_drake.two_ray import TwoRayChannel, TwoRayChannel_
 from a2s_drake.wiring import WiringError, build_wired
@@ -20,6 +21,7 @@ __all__ = [
     "Link",
     "Mission",
     "Mpc",
+    "Disturbance",
     "Simulation",
     "ShipTrajectory",
     "UavPath",
@@ -29,6 +31,7 @@ __all__ = [
     "TwoRayChannel_",
     "MpcController",
     "SolverStatus",
+    "PiqpSolver",
     "add_airframe",
     "build_wired",
     "WiringError",

@@ -1,19 +1,21 @@
 """The tilted hexarotor: one rotor table, from it the wrench map and Drake's propellers, and the airframe diagram."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion_
 from pydrake.math import RigidTransform, RollPitchYaw_, RotationMatrix, RotationMatrix_
-from pydrake.multibody.plant import MultibodyPlant, Propeller, PropellerInfo
+from pydrake.multibody.plant import ExternallyAppliedSpatialForceMultiplexer, MultibodyPlant, Propeller, PropellerInfo
 from pydrake.multibody.tree import BodyIndex, RigidBody, SpatialInertia, UnitInertia
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem_
+from pydrake.systems.primitives import Gain
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from a2s_drake.arrays import FloatArray
-from a2s_drake.parameters import GRAVITY, Airframe
+from a2s_drake.disturbances import WindGust
+from a2s_drake.parameters import GRAVITY, Airframe, Disturbance
 from a2s_drake.wiring import build_wired
 
 NUM_ROTORS = 6
@@ -127,7 +129,12 @@ def make_propeller(airframe: Airframe, body: BodyIndex) -> Propeller:
     return Propeller([PropellerInfo(body, rotor.X_BP, rotor.thrust_ratio, rotor.moment_ratio) for rotor in rotors])
 
 
-def add_airframe(builder: DiagramBuilder, airframe: Airframe, p_WB: Sequence[float] = (0.0, 0.0, 0.0)) -> Diagram:
+def add_airframe(
+    builder: DiagramBuilder,
+    airframe: Airframe,
+    p_WB: Sequence[float] = (0.0, 0.0, 0.0),
+    disturbance: Disturbance | None = None,
+) -> Diagram:
     """Adds the hexarotor as a sub-diagram named `airframe`, by default level and at rest at `p_WB` (m).
 
     ```
@@ -142,17 +149,48 @@ def add_airframe(builder: DiagramBuilder, airframe: Airframe, p_WB: Sequence[flo
     - `vehicle_state` (12): [p_WB (m), eta (rad), v_WB_W (m/s), w_WB_B (rad/s)].
     - `body_poses`: Drake's list of X_WB, one per body.
 
-    Inside stand Drake's `MultibodyPlant` and `Propeller` and the adapter `VehicleState`.
+    Inside stand Drake's `MultibodyPlant` and `Propeller` and the adapter `VehicleState`. A disturbance changes mass and
+    inertia, weakens rotors by a `Gain` before the propellers, and adds the force of a `WindGust`.
     """
+    disturbance = disturbance or Disturbance()
     inner = DiagramBuilder()
-    plant, body = make_plant(airframe, p_WB)
+    plant, body = make_plant(_disturbed(airframe, disturbance), p_WB)
     inner.AddNamedSystem("plant", plant)
     propeller = inner.AddNamedSystem("propeller", make_propeller(airframe, body.index()))
     adapter = inner.AddNamedSystem("vehicle_state", VehicleState())
     inner.Connect(plant.get_body_poses_output_port(), propeller.get_body_poses_input_port())
-    inner.Connect(propeller.get_spatial_forces_output_port(), plant.get_applied_spatial_force_input_port())
+    _connect_forces(inner, propeller, plant, body.index(), disturbance)
     inner.Connect(plant.get_state_output_port(), adapter.GetInputPort("plant_state"))
-    inner.ExportInput(propeller.get_command_input_port(), "rotor_speed_squared")
+    _export_command(inner, propeller, disturbance)
     inner.ExportOutput(adapter.GetOutputPort("vehicle_state"), "vehicle_state")
     inner.ExportOutput(plant.get_body_poses_output_port(), "body_poses")
     return builder.AddSystem(build_wired(inner, "airframe"))
+
+
+def _disturbed(airframe: Airframe, disturbance: Disturbance) -> Airframe:
+    """The airframe as it truly is."""
+    inertia = [disturbance.inertia_factor * moment for moment in airframe.inertia]
+    return replace(airframe, mass=disturbance.mass_factor * airframe.mass, inertia=inertia)
+
+
+def _connect_forces(
+    inner: DiagramBuilder, propeller: Propeller, plant: MultibodyPlant, body: BodyIndex, disturbance: Disturbance
+) -> None:
+    thrust, applied = propeller.get_spatial_forces_output_port(), plant.get_applied_spatial_force_input_port()
+    if not any(disturbance.gust_force):
+        inner.Connect(thrust, applied)
+        return
+    wind = inner.AddNamedSystem("wind", WindGust(disturbance, body))
+    total = inner.AddNamedSystem("spatial_forces", ExternallyAppliedSpatialForceMultiplexer(2))
+    inner.Connect(thrust, total.get_input_port(0))
+    inner.Connect(wind.GetOutputPort("spatial_forces"), total.get_input_port(1))
+    inner.Connect(total.get_output_port(), applied)
+
+
+def _export_command(inner: DiagramBuilder, propeller: Propeller, disturbance: Disturbance) -> None:
+    command = propeller.get_command_input_port()
+    if any(share != 1.0 for share in disturbance.rotor_efficiency):
+        gain = inner.AddNamedSystem("rotor_efficiency", Gain(np.array(disturbance.rotor_efficiency)))
+        inner.Connect(gain.get_output_port(), command)
+        command = gain.get_input_port()
+    inner.ExportInput(command, "rotor_speed_squared")

@@ -167,3 +167,36 @@ class Simulation:
     integrator: str = _choice("runge_kutta3", INTEGRATORS)
     # Largest integration step, s.
     max_step_size: float = _number(0.01, at_least=1e-6, at_most=1.0)
+
+
+@dataclass
+class Disturbance:
+    """What befalls the vehicle and the controller knows nothing of; by default nothing does."""
+
+    # Peak force of a gust on the centre of mass, N, world frame; it swells and dies as (1 - cos)/2, the standard shape
+    # of a discrete gust (MIL-F-8785C).
+    gust_force: list[float] = _vector(0.0, 0.0, 0.0, at_least=-1e4, at_most=1e4)
+    # Length of a gust, s, and time from the start of one to the start of the next, s; the first starts after one.
+    gust_duration: float = _number(1.5, at_least=1e-3, at_most=86400.0)
+    gust_interval: float = _number(5.0, at_least=1e-3, at_most=86400.0)
+    # The vehicle's true mass and inertia over those of `airframe`.
+    mass_factor: float = _number(1.0, at_least=0.01, at_most=100.0)
+    inertia_factor: float = _number(1.0, at_least=0.01, at_most=100.0)
+    # What each rotor gives of the thrust and drag commanded.
+    rotor_efficiency: list[float] = _vector(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, at_least=0.0, at_most=10.0)
+    # Standard deviation of white noise on each axis of the measured position, m, attitude, deg, velocity, m/s, and
+    # angular velocity, rad/s, and the seed that it is drawn from.
+    position_noise: float = _number(0.0, at_least=0.0, at_most=1e3)
+    attitude_noise_deg: float = _number(0.0, at_least=0.0, at_most=180.0)
+    velocity_noise: float = _number(0.0, at_least=0.0, at_most=1e3)
+    angular_velocity_noise: float = _number(0.0, at_least=0.0, at_most=1e3)
+    noise_seed: int = _number(0, at_least=0, at_most=2**31 - 1)
+    # Whole controller periods that pass before a command reaches the rotors.
+    input_delay_periods: int = _number(0, at_least=0, at_most=100)
+
+    @property
+    def noise_deviations(self) -> list[float]:
+        """Standard deviations over the 12 entries of the measured state, SI units."""
+        attitude = math.radians(self.attitude_noise_deg)
+        groups = (self.position_noise, attitude, self.velocity_noise, self.angular_velocity_noise)
+        return [deviation for deviation in groups for _ in range(3)]

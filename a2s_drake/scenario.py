@@ -12,7 +12,7 @@ from a2s_drake.airframe import hover_input
 from a2s_drake.arrays import FloatArray
 from a2s_drake.attitude_law import affine_phase, nearest_fringe
 from a2s_drake.checks import ScenarioError, check_inertia, check_order, check_part, refuse
-from a2s_drake.parameters import Airframe, AttitudeLaw, Link, Mission, Mpc, Simulation
+from a2s_drake.parameters import Airframe, AttitudeLaw, Disturbance, Link, Mission, Mpc, Simulation
 from a2s_drake.paths import ship_position, uav_position, uav_velocity
 from a2s_drake.piqp_solver import PiqpSolver
 from a2s_drake.rotations import rotation_matrix
@@ -31,13 +31,14 @@ _KINDS = {
 
 @dataclass
 class Scenario:
-    """One flight: vehicle, link, mission, law, controller, simulation. The defaults are Table I (`paper`)."""
+    """One flight: vehicle, link, mission, law, controller, disturbance, simulation; Table I (`paper`) by default."""
 
     airframe: Airframe = field(default_factory=Airframe)
     link: Link = field(default_factory=Link)
     mission: Mission = field(default_factory=Mission)
     attitude_law: AttitudeLaw = field(default_factory=AttitudeLaw)
     mpc: Mpc = field(default_factory=Mpc)
+    disturbance: Disturbance = field(default_factory=Disturbance)
     simulation: Simulation = field(default_factory=Simulation)
 
     @property
@@ -137,6 +138,7 @@ class Scenario:
         check_order("airframe", self.airframe, "rotor_speed_min", "rotor_speed_max")
         check_order("attitude_law", self.attitude_law, "index_min", "index_max", strict=False)
         check_order("mpc", self.mpc, "position_lower", "position_upper")
+        check_order("disturbance", self.disturbance, "gust_duration", "gust_interval", strict=False)
         self._check_solver()
         self._check_sampling()
         self._check_hover()

@@ -20,7 +20,7 @@ def build_airframe_only(scenario: Scenario | None = None) -> Diagram:
     """
     scenario = scenario or Scenario()
     builder = DiagramBuilder()
-    airframe = add_airframe(builder, scenario.airframe, scenario.mission.start)
+    airframe = add_airframe(builder, scenario.airframe, scenario.mission.start, scenario.disturbance)
     builder.ExportInput(airframe.GetInputPort("rotor_speed_squared"), "rotor_speed_squared")
     export_outputs(builder, airframe)
     return build_wired(builder, "airframe_only")

@@ -1,8 +1,9 @@
 """The whole mission: path, ship, attitude law, MPC, hexarotor and channel in one loop."""
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
-from a2s_drake.airframe import add_airframe
+from a2s_drake.airframe import add_airframe, hover_input
+from a2s_drake.disturbances import InputDelay, MeasurementNoise
 from a2s_drake.mpc.controller import MpcController
 from a2s_drake.scenario import Scenario
 from a2s_drake.two_ray import TwoRayChannel
@@ -12,6 +13,9 @@ from diagrams.reference import add_reference
 
 def build_closed_loop(scenario: Scenario | None = None) -> Diagram:
     """The mission of a scenario (Table I by default), the vehicle at rest and level where the path begins.
+
+    Noise on the measured state and delay of the commands stand in it only where the scenario asks for them;
+    `rotor_speed_squared` is what reaches the rotors.
 
     ```
     +-------------+
@@ -26,15 +30,39 @@ def build_closed_loop(scenario: Scenario | None = None) -> Diagram:
     builder = DiagramBuilder()
     path, ship, law = add_reference(builder, scenario)
     mpc = builder.AddNamedSystem("mpc", MpcController(scenario.airframe, scenario.mpc))
-    airframe = add_airframe(builder, scenario.airframe, scenario.mission.start)
+    airframe = add_airframe(builder, scenario.airframe, scenario.mission.start, scenario.disturbance)
     channel = builder.AddNamedSystem("channel", TwoRayChannel(scenario.link))
 
     builder.Connect(path.GetOutputPort("position_preview"), mpc.GetInputPort("position_preview"))
     builder.Connect(law.GetOutputPort("attitude_preview"), mpc.GetInputPort("attitude_preview"))
-    builder.Connect(mpc.GetOutputPort("rotor_speed_squared"), airframe.GetInputPort("rotor_speed_squared"))
-    builder.Connect(airframe.GetOutputPort("vehicle_state"), mpc.GetInputPort("vehicle_state"))
+    command = _delayed(builder, scenario, mpc.GetOutputPort("rotor_speed_squared"))
+    builder.Connect(command, airframe.GetInputPort("rotor_speed_squared"))
+    measured = _measured(builder, scenario, airframe.GetOutputPort("vehicle_state"))
+    builder.Connect(measured, mpc.GetInputPort("vehicle_state"))
     builder.Connect(airframe.GetOutputPort("vehicle_state"), channel.GetInputPort("vehicle_state"))
     builder.Connect(ship.GetOutputPort("ship_position"), channel.GetInputPort("ship_position"))
 
-    export_outputs(builder, airframe, mpc, channel)
+    export_outputs(builder, airframe, channel)
+    builder.ExportOutput(command, "rotor_speed_squared")
+    for name in ("predicted_state", "solver_status"):
+        builder.ExportOutput(mpc.GetOutputPort(name), name)
     return build_wired(builder, "closed_loop")
+
+
+def _measured(builder: DiagramBuilder, scenario: Scenario, state: OutputPort) -> OutputPort:
+    """The state as the controller gets to see it."""
+    if not any(scenario.disturbance.noise_deviations):
+        return state
+    noise = builder.AddNamedSystem("measurement", MeasurementNoise(scenario.disturbance, scenario.mpc.period))
+    builder.Connect(state, noise.GetInputPort("vehicle_state"))
+    return noise.GetOutputPort("measured_state")
+
+
+def _delayed(builder: DiagramBuilder, scenario: Scenario, command: OutputPort) -> OutputPort:
+    """The command as the rotors get it."""
+    periods = scenario.disturbance.input_delay_periods
+    if periods == 0:
+        return command
+    delay = InputDelay(periods, scenario.mpc.period, hover_input(scenario.airframe))
+    builder.Connect(command, builder.AddNamedSystem("input_delay", delay).GetInputPort("rotor_speed_command"))
+    return delay.GetOutputPort("rotor_speed_squared")
