@@ -147,7 +147,7 @@ class Mpc:
     # Corners of the operating region A, m, world frame (not given in the paper).
     position_lower: list[float] = _vector(-10.0, -10.0, -10.0, at_least=-1e5, at_most=1e5)
     position_upper: list[float] = _vector(10.0, 10.0, 10.0, at_least=-1e5, at_most=1e5)
-    # Absolute and relative tolerance of the QP, and its iteration limit (of which piqp uses at most 100).
+    # Absolute and relative tolerance of the QP, and its iteration limit (of which piqp uses at most 40).
     qp_tolerance: float = _number(1e-5, at_least=1e-12, at_most=0.1)
     qp_max_iterations: int = _number(4000, at_least=1, at_most=1_000_000)
 

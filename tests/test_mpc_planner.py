@@ -140,7 +140,7 @@ def test_real_solvers_answer_far_outside_the_bounds(solver: str, scenario: Scena
     decision = dut.decide(state, AT_REST, None)
     assert decision.fallback is Fallback.SOFTENED
     assert_can_be_applied(decision, scenario)
-    assert np.abs(decision.plan.state[-1, 6:9]).max() < 1.0
+    assert np.abs(decision.plan.state[-1, 6:9]).max() < 1.0 + 1e-4
 
 
 def test_cold_start_is_already_settled(scenario: Scenario) -> None:

@@ -20,6 +20,11 @@ class Reference:
         """Whether every number is one."""
         return bool(np.isfinite(self.position).all() and np.isfinite(self.attitude).all())
 
+    def within(self, reach: float, x0: FloatArray) -> "Reference":
+        """The same targets, but none further than `reach` (m) on any axis from a state (12,), nor turned beyond pi."""
+        position = np.clip(self.position, x0[POSITION] - reach, x0[POSITION] + reach)
+        return Reference(position, np.clip(self.attitude, -np.pi, np.pi))
+
 
 @dataclass(frozen=True)
 class Plan:

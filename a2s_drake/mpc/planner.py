@@ -1,5 +1,6 @@
 """One decision of the MPC: solve, and where that fails still answer with an input that the rotors can take."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -12,17 +13,32 @@ from a2s_drake.mpc.plan import Plan, Reference, hold, tracking_cost
 from a2s_drake.mpc.program import input_bounds, state_bounds
 from a2s_drake.mpc.solve import Solution, TrackingSolver, make_solver, solve_to_convergence
 from a2s_drake.parameters import Airframe, Mpc
+from a2s_drake.rotations import rotation_matrix
 
 # States beyond this many times their bounds reach no solver. No plan could help there, and the dynamics overflow over
 # the horizon, which solvers answer with anything from an error message to a crash.
 _SOLVABLE_SHARE = 100.0
 
 
+# Targets further away than this many times what the vehicle can cover within the horizon are drawn nearer. The way is
+# the same, but their pull would drown the solver's tolerance, and outweigh the penalties of a softened program.
+_REACH = 10.0
+
+
+# A measured state further than this from the one that the last plan foresaw (m, rad of rotation, m/s, rad/s) surprises:
+# in one period of 20 ms it would take 25 g, or a blow that turns the vehicle by 500 rad/s^2.
+_SURPRISE = np.array([1.0, 0.5, 5.0, 10.0])
+
+# Euler rates grow without limit towards a pitch of +-90 deg. Closer to it than this, rad, the pitch is taken to be this
+# far off.
+_OFF_SINGULARITY = 0.05
+
+
 class Fallback(IntEnum):
     """Where an input came from: the problem as posed, or one of the stand-ins in the order they are tried."""
 
     NONE = 0
-    SOFTENED = 1  # the same problem with the state bounds as penalties
+    SOFTENED = 1  # the same problem with the state bounds as penalties, if need be around a fresh guess
     SHIFTED_PLAN = 2  # the previous plan, one period on
     HOVER = 3  # the rotor speeds that carry the level vehicle at rest
 
@@ -36,12 +52,14 @@ class Decision:
       fallback: NONE when the problem as posed was solved.
       iterations: of the solver, over all attempts.
       objective: the tracking cost J of the plan, finite; 0 where the reference is not.
+      foreseen: whether the measured state is about the one that the previous plan foresaw.
     """
 
     plan: Plan
     fallback: Fallback
     iterations: int
     objective: float
+    foreseen: bool
 
 
 class Planner:
@@ -56,13 +74,14 @@ class Planner:
         self._solver = solver or make_solver(self.model, airframe, mpc)
         self._input_bounds = input_bounds(airframe)
         self._solvable = _SOLVABLE_SHARE * np.abs(state_bounds(mpc)).max(axis=0)
+        self._reach = _REACH * mpc.velocity_limit * mpc.horizon * mpc.period
         self._hover = hover_input(airframe)
 
     def hover_plan(self, x0: FloatArray) -> Plan:
         """Hover thrust held from a state (12,)."""
         return hold(x0, self._hover, self._mpc.horizon, self.model, self._mpc.period)
 
-    def decide(self, x0: FloatArray, reference: Reference, previous: Plan | None) -> Decision:
+    def decide(self, x0: FloatArray, reference: Reference, previous: Plan | None, *, trusted: bool = False) -> Decision:
         """One sample's decision.
 
         Args:
@@ -70,28 +89,42 @@ class Planner:
           reference: targets from now on.
           previous: the plan of one period ago; None for a cold start, which then iterates to convergence. A caller
             passes None as well once a plan has been shifted to its end.
+          trusted: whether that plan rests on a foreseen state. A measurement that surprises is then taken for a fault
+            of the sensor, and the plan goes on; otherwise it is believed, and the plan dropped.
         """
         # States that are finite but absurd overflow on the way; what comes out is checked, so no warning is due.
         with np.errstate(over="ignore", invalid="ignore"):
-            return self._decide(x0, reference, previous)
+            return self._decide(x0, reference, previous, trusted)
 
-    def _decide(self, x0: FloatArray, reference: Reference, previous: Plan | None) -> Decision:
+    def _decide(self, x0: FloatArray, reference: Reference, previous: Plan | None, trusted: bool) -> Decision:
         if previous is not None and not previous.is_finite():
             previous = None
         iterations = 0
-        if (np.abs(x0) <= self._solvable).all() and reference.is_finite():  # False for NaN
-            guess = self.hover_plan(x0) if previous is None else previous.shifted()
-            for fallback in (Fallback.NONE, Fallback.SOFTENED):
-                cold = previous is None and fallback is Fallback.NONE
-                solution = self._attempt(x0, reference, guess, cold=cold, soft=fallback is Fallback.SOFTENED)
+        foreseen = previous is not None and _foreseen(x0, previous.state[1])
+        usable = (np.abs(x0) <= self._solvable).all() and reference.is_finite()  # False for NaN
+        if usable and (foreseen or previous is None or not trusted):
+            guess = previous.shifted() if previous is not None and foreseen else None
+            for fallback, solution in self._attempts(_off_singularity(x0), reference, guess):
                 iterations += solution.iterations
                 if solution.plan is not None and solution.plan.is_finite():
-                    return self._decision(solution.plan, fallback, iterations, reference)
+                    return self._decision(solution.plan, fallback, iterations, reference, foreseen=foreseen)
         if previous is not None:
             shifted = previous.shifted(self.model.step(previous.state[-1], previous.input[-1], self._mpc.period))
             if shifted.is_finite():
-                return self._decision(shifted, Fallback.SHIFTED_PLAN, iterations, reference)
-        return self._decision(self.hover_plan(_finite_start(x0)), Fallback.HOVER, iterations, reference)
+                return self._decision(shifted, Fallback.SHIFTED_PLAN, iterations, reference, foreseen=foreseen)
+        hover = self.hover_plan(_finite_start(x0))
+        return self._decision(hover, Fallback.HOVER, iterations, reference, foreseen=foreseen)
+
+    def _attempts(
+        self, x0: FloatArray, reference: Reference, guess: Plan | None
+    ) -> Iterator[tuple[Fallback, Solution]]:
+        """Ways to solve the problem, best first; who has found one that works asks for no more."""
+        target = reference.within(self._reach, x0)
+        start = guess or self.hover_plan(x0)
+        yield Fallback.NONE, self._attempt(x0, target, start, cold=guess is None, soft=False)
+        yield Fallback.SOFTENED, self._attempt(x0, target, start, cold=False, soft=True)
+        if guess is not None:
+            yield Fallback.SOFTENED, self._attempt(x0, target, self.hover_plan(x0), cold=False, soft=True)
 
     def _attempt(self, x0: FloatArray, reference: Reference, guess: Plan, *, cold: bool, soft: bool) -> Solution:
         try:
@@ -101,10 +134,33 @@ class Planner:
         except (Exception, SystemExit):  # noqa: BLE001 - a solver of any make may raise anything; the vehicle must fly
             return Solution(None, 0)  # SystemExit is what pydrake makes of a failed assertion in C++.
 
-    def _decision(self, plan: Plan, fallback: Fallback, iterations: int, reference: Reference) -> Decision:
+    def _decision(
+        self, plan: Plan, fallback: Fallback, iterations: int, reference: Reference, *, foreseen: bool
+    ) -> Decision:
         plan = Plan(plan.state, np.clip(plan.input, *self._input_bounds))
         objective = tracking_cost(plan, reference, self._mpc) if reference.is_finite() else 0.0
-        return Decision(plan, fallback, iterations, float(np.nan_to_num(objective)))
+        return Decision(plan, fallback, iterations, float(np.nan_to_num(objective)), foreseen)
+
+
+def _foreseen(x0: FloatArray, expected: FloatArray) -> bool:
+    """Whether a measured state (12,) is about the expected one."""
+    position, angle, velocity, rate = np.abs(x0 - expected).reshape(4, 3).max(axis=-1)
+    if 2.0 * angle > _SURPRISE[1]:  # Rarely. Euler angles may jump where nothing does, so rotations are compared.
+        R_XM = rotation_matrix(expected[ATTITUDE]).T @ rotation_matrix(x0[ATTITUDE])
+        angle = np.arccos(np.clip(0.5 * (np.trace(R_XM) - 1.0), -1.0, 1.0))
+    return bool((np.array([position, angle, velocity, rate]) <= _SURPRISE).all())  # False for NaN
+
+
+def _off_singularity(x0: FloatArray) -> FloatArray:
+    """The same state, its pitch off +-90 deg."""
+    limit = 0.5 * np.pi - _OFF_SINGULARITY
+    pitch = x0[4]
+    distance = np.abs(np.abs(np.remainder(pitch + np.pi, 2.0 * np.pi) - np.pi) - 0.5 * np.pi)
+    if distance >= _OFF_SINGULARITY:
+        return x0
+    moved = x0.copy()
+    moved[4] = np.copysign(limit, pitch)
+    return moved
 
 
 def _finite_start(x0: FloatArray) -> FloatArray:

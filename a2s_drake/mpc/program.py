@@ -19,10 +19,12 @@ from a2s_drake.parameters import Airframe, Mpc
 
 INPUT_SCALE = 1.0e4  # Hz^2 per unit of the scaled input.
 
-# Penalty on each bound's violation in a softened program, per unit of the state and per its square. The linear term
-# lies well above the multipliers of the hard bounds (the largest over all named scenarios and laws is 34), so the
-# penalty is exact: where the hard program has a solution, the softened one has the same.
-SOFT_LINEAR, SOFT_QUADRATIC = 1.0e3, 1.0e4
+# Penalty on each bound's violation in a softened program, per unit of the state and per its square, over the 12 states.
+# Each linear term lies above the multipliers of the hard bounds (the largest over all named scenarios and laws is 34),
+# so the penalty is exact: where the hard program has a solution, the softened one has the same. They rank the bounds:
+# no speed, and above all no attitude, is given up for a metre of position.
+SOFT_LINEAR = np.repeat([1.0e2, 1.0e5, 1.0e3, 1.0e4], 3)
+SOFT_QUADRATIC = np.repeat([1.0e1, 1.0e5, 1.0e3, 1.0e4], 3)
 
 _OVERFLOWED = 1.0e10
 
@@ -84,7 +86,7 @@ class TrackingProgram:
 
     def _add_soft_bounds(self, lower: FloatArray, upper: FloatArray, slacks: Any) -> None:
         self.prog.AddBoundingBoxConstraint(0.0, np.inf, slacks.ravel())
-        penalty = _diagonal_cost(np.full(NUM_STATES, SOFT_QUADRATIC), SOFT_LINEAR)
+        penalty = _diagonal_cost(SOFT_QUADRATIC, SOFT_LINEAR)
         for excess in slacks:
             self.prog.AddCost(penalty, excess)
         identity, free = np.eye(lower.size), np.full(lower.size, np.inf)
@@ -111,9 +113,10 @@ class TrackingProgram:
         return Plan(values[self._x_indices], INPUT_SCALE * values[self._u_indices])
 
 
-def _diagonal_cost(weights: FloatArray, slope: float = 0.0) -> QuadraticCost:
-    """The cost sum of w_i x_i^2 + slope x_i."""
-    return QuadraticCost(np.diag(2.0 * weights), np.full(weights.size, slope), 0.0, is_convex=True)
+def _diagonal_cost(weights: FloatArray, slopes: FloatArray | None = None) -> QuadraticCost:
+    """The cost sum of w_i x_i^2 + s_i x_i."""
+    slopes = np.zeros(weights.size) if slopes is None else slopes
+    return QuadraticCost(np.diag(2.0 * weights), slopes, 0.0, is_convex=True)
 
 
 class LinearizedProgram(TrackingProgram):

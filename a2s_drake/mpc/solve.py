@@ -26,7 +26,7 @@ from a2s_drake.piqp_solver import PiqpSolver, require_piqp
 _SOFT_ITERATIONS = 5
 
 # Where PIQP converges it does so in some ten iterations; a limit meant for OSQP's thousands is not its limit.
-_MAX_INTERIOR_ITERATIONS = 100
+_MAX_INTERIOR_ITERATIONS = 40
 
 _OSQP_SOLVED = 1  # OSQP's status for a solution within tolerance; 2 is "inaccurate", which Drake reports as success.
 
@@ -168,7 +168,7 @@ def make_solver(model: RigidBodyModel, airframe: Airframe, mpc: Mpc) -> Tracking
 
 
 def solve_to_convergence(
-    solver: TrackingSolver, x0: FloatArray, reference: Reference, guess: Plan, *, limit: int = 20, change: float = 1e-4
+    solver: TrackingSolver, x0: FloatArray, reference: Reference, guess: Plan, *, limit: int = 10, change: float = 1e-4
 ) -> Solution:
     """Calls a solver around its own last answer until the answer stays put: SQP, where one call is one iteration.
 
