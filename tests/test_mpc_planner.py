@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from pydrake.math import RollPitchYaw
 
 from a2s_drake import Scenario
 from a2s_drake.airframe import hover_input
@@ -18,9 +19,11 @@ class FailingSolver:
     def __init__(self, *script: object) -> None:
         self.script = list(script)
         self.calls: list[bool] = []
+        self.asked: list[tuple[np.ndarray, Reference, Plan]] = []
 
-    def solve(self, x0: np.ndarray, reference: Reference, guess: Plan, *, soft: bool = False) -> Solution:  # noqa: ARG002
+    def solve(self, x0: np.ndarray, reference: Reference, guess: Plan, *, soft: bool = False) -> Solution:
         self.calls.append(soft)
+        self.asked.append((x0, reference, guess))
         answer = self.script.pop(0)
         if isinstance(answer, BaseException):
             raise answer
@@ -59,11 +62,20 @@ def test_first_the_bounds_are_softened(scenario: Scenario) -> None:
     assert (decision.fallback, decision.iterations, solver.calls) == (Fallback.SOFTENED, 14, [False, True])
 
 
+def test_then_they_are_softened_around_a_fresh_guess(scenario: Scenario) -> None:
+    dut, solver = planner(scenario, None, None, some_plan())
+    x0 = np.full(12, 0.01)
+    decision = dut.decide(x0, AT_REST, some_plan())
+    assert (decision.fallback, solver.calls) == (Fallback.SOFTENED, [False, True, True])
+    np.testing.assert_array_equal(solver.asked[1][2].input, some_plan().shifted().input)
+    np.testing.assert_array_equal(solver.asked[2][2].state, dut.hover_plan(x0).state)
+
+
 @pytest.mark.parametrize(
     "failure", [None, RuntimeError("no"), SystemExit("Drake"), Plan(np.full((31, 12), np.nan), np.ones((30, 6)))]
 )
 def test_then_the_previous_plan_is_shifted(failure: object, scenario: Scenario) -> None:
-    dut, _ = planner(scenario, failure, failure)
+    dut, _ = planner(scenario, failure, failure, failure)
     previous = some_plan()
     decision = dut.decide(np.zeros(12), AT_REST, previous)
     assert decision.fallback is Fallback.SHIFTED_PLAN
@@ -78,6 +90,85 @@ def test_then_the_vehicle_hovers(scenario: Scenario) -> None:
     decision = dut.decide(np.zeros(12), AT_REST, None)
     assert decision.fallback is Fallback.HOVER
     np.testing.assert_allclose(decision.plan.input, np.tile(hover_input(scenario.airframe), (30, 1)))
+
+
+FAR = np.repeat(np.eye(4), 3, axis=1) * np.repeat([1.1, 0.55, 5.5, 11.0], 3)  # m, rad, m/s, rad/s, a group at a time
+
+
+@pytest.mark.parametrize("surprise", FAR)
+def test_a_surprising_state_does_not_sway_a_trusted_plan(surprise: np.ndarray, scenario: Scenario) -> None:
+    dut, solver = planner(scenario)
+    decision = dut.decide(surprise, AT_REST, some_plan(), trusted=True)
+    assert solver.calls == []
+    assert (decision.fallback, decision.foreseen) == (Fallback.SHIFTED_PLAN, False)
+
+
+@pytest.mark.parametrize("surprise", FAR)
+def test_a_surprising_state_overthrows_any_other_plan(surprise: np.ndarray, scenario: Scenario) -> None:
+    dut, solver = planner(scenario, *10 * [some_plan()])
+    decision = dut.decide(surprise, AT_REST, some_plan(), trusted=False)
+    assert (decision.fallback, decision.foreseen) == (Fallback.NONE, False)
+    # A cold start: around hover from where the vehicle is, and again around its own answer.
+    np.testing.assert_array_equal(solver.asked[0][2].state, dut.hover_plan(surprise).state)
+    assert len(solver.calls) > 1
+
+
+def test_a_state_near_the_foreseen_one_is_no_surprise(scenario: Scenario) -> None:
+    dut, solver = planner(scenario, some_plan())
+    decision = dut.decide(0.4 * FAR.sum(axis=0), AT_REST, some_plan(), trusted=True)
+    assert (decision.fallback, decision.foreseen, solver.calls) == (Fallback.NONE, True, [False])
+
+
+def test_a_jump_of_euler_angles_alone_is_no_surprise(scenario: Scenario) -> None:
+    dut, _ = planner(scenario, some_plan())
+    plan = some_plan()
+    plan.state[:, 3:6] = [0.1, 1.5, 0.2]
+    # Pitch beyond 90 deg by the same little that it was short of it: 8 deg of rotation, and angles that jump by pi.
+    state = np.zeros(12)
+    state[3:6] = [0.1 - np.pi, 1.5, 0.2 + np.pi]
+    assert dut.decide(state, AT_REST, plan, trusted=True).foreseen
+
+
+def test_targets_out_of_reach_are_drawn_nearer(scenario: Scenario) -> None:
+    dut, solver = planner(scenario, some_plan())
+    reference = Reference(np.tile([1e9, -1e9, 3.0], (31, 1)), np.tile([1e9, -1e9, 0.3], (31, 1)))
+    x0 = np.full(12, 0.1)
+    decision = dut.decide(x0, reference, some_plan())
+    target = solver.asked[0][1]
+    np.testing.assert_allclose(target.position, np.tile([6.1, -5.9, 3.0], (31, 1)))  # ten times 1 m/s for 0.6 s
+    np.testing.assert_allclose(target.attitude, np.tile([np.pi, -np.pi, 0.3], (31, 1)))
+    assert decision.objective > 1e18  # the cost of missing what was asked
+
+
+@pytest.mark.parametrize("pitch", [0.5 * np.pi, -0.5 * np.pi, 1.53, 0.5 * np.pi + 0.01, -4.7])
+def test_solvers_never_see_the_euler_singularity(pitch: float, scenario: Scenario) -> None:
+    dut, solver = planner(scenario, *10 * [some_plan()])
+    x0 = np.zeros(12)
+    x0[4] = pitch
+    assert dut.decide(x0, AT_REST, None).fallback is Fallback.NONE
+    seen = solver.asked[0][0]
+    assert abs(np.cos(seen[4])) > 0.049
+    assert abs(np.remainder(seen[4] - pitch + np.pi, 2.0 * np.pi) - np.pi) < 0.11
+
+
+def test_states_in_the_chart_reach_the_solver_as_they_are(scenario: Scenario, rng: np.random.Generator) -> None:
+    for angles in rng.uniform(-1.0, 1.0, (20, 3)) * [np.pi, 1.5, np.pi]:
+        dut, solver = planner(scenario, *10 * [some_plan()])
+        x0 = np.concatenate([[1.0, 2.0, 3.0], angles, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]])
+        dut.decide(x0, AT_REST, None)
+        np.testing.assert_array_equal(solver.asked[0][0], x0)
+
+
+def test_euler_angles_beyond_the_chart_are_named_anew(scenario: Scenario, rng: np.random.Generator) -> None:
+    for angles in rng.uniform(-10.0, 10.0, (50, 3)):
+        if abs(np.cos(angles[1])) < 0.05:
+            continue
+        dut, solver = planner(scenario, *10 * [some_plan()])
+        dut.decide(np.concatenate([np.zeros(3), angles, np.zeros(6)]), AT_REST, None)
+        seen = solver.asked[0][0][3:6]
+        assert (np.abs(seen) <= [np.pi, 0.5 * np.pi, np.pi]).all()
+        drakes = [RollPitchYaw(eta).ToRotationMatrix().matrix() for eta in (seen, angles)]
+        np.testing.assert_allclose(drakes[0], drakes[1], atol=1e-12)
 
 
 @pytest.mark.parametrize("previous", [None, some_plan()])

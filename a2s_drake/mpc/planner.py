@@ -104,7 +104,7 @@ class Planner:
         usable = (np.abs(x0) <= self._solvable).all() and reference.is_finite()  # False for NaN
         if usable and (foreseen or previous is None or not trusted):
             guess = previous.shifted() if previous is not None and foreseen else None
-            for fallback, solution in self._attempts(_off_singularity(x0), reference, guess):
+            for fallback, solution in self._attempts(_in_chart(x0), reference, guess):
                 iterations += solution.iterations
                 if solution.plan is not None and solution.plan.is_finite():
                     return self._decision(solution.plan, fallback, iterations, reference, foreseen=foreseen)
@@ -151,15 +151,16 @@ def _foreseen(x0: FloatArray, expected: FloatArray) -> bool:
     return bool((np.array([position, angle, velocity, rate]) <= _SURPRISE).all())  # False for NaN
 
 
-def _off_singularity(x0: FloatArray) -> FloatArray:
-    """The same state, its pitch off +-90 deg."""
-    limit = 0.5 * np.pi - _OFF_SINGULARITY
-    pitch = x0[4]
-    distance = np.abs(np.abs(np.remainder(pitch + np.pi, 2.0 * np.pi) - np.pi) - 0.5 * np.pi)
-    if distance >= _OFF_SINGULARITY:
+def _in_chart(x0: FloatArray) -> FloatArray:
+    """The same state in the Euler angles that the bounds speak of: pitch within +-90 deg, and off the singularity."""
+    largest = np.array([np.pi, 0.5 * np.pi - _OFF_SINGULARITY, np.pi])
+    if (np.abs(x0[ATTITUDE]) <= largest).all():
         return x0
+    eta = np.remainder(x0[ATTITUDE] + np.pi, 2.0 * np.pi) - np.pi
+    if np.abs(eta[1]) > 0.5 * np.pi:  # Half a turn of roll and of yaw make pitch its supplement.
+        eta = np.remainder(eta * [1.0, -1.0, 1.0], 2.0 * np.pi) - np.pi
     moved = x0.copy()
-    moved[4] = np.copysign(limit, pitch)
+    moved[ATTITUDE] = np.clip(eta, -largest, largest)
     return moved
 
 
