@@ -4,11 +4,12 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help run reproduce test test-slow check format clean
+.PHONY: help run reproduce robustness test test-slow check format clean
 
 help:
 	@echo "make run        fly the paper's mission under its three laws and print the comparison"
 	@echo "make reproduce  vary every reading of the paper and write the report"
+	@echo "make robustness fly it under gusts, wrong mass, weak rotors, noise and delay"
 	@echo "make test       check, then run the test suite"
 	@echo "make test-slow  the long flights that make test leaves out"
 	@echo "make check      ruff (lint and format) and mypy"
@@ -27,6 +28,9 @@ run: $(VENV)/installed
 
 reproduce: $(VENV)/installed
 	$(BIN)/python scripts/reproduce.py
+
+robustness: $(VENV)/installed
+	$(BIN)/python scripts/robustness.py
 
 check: $(VENV)/installed
 	$(BIN)/ruff check .

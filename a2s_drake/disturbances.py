@@ -95,8 +95,8 @@ class InputDelay(LeafSystem):
 
     - `rotor_speed_command` (6), `rotor_speed_squared` (6): Omega^2 of each rotor, Hz^2.
 
-    Sampled with the controller's period, from the first one on: what the controller decides at t_k, this block takes in
-    at t_k + T_s.
+    Sampled with the controller, but for its first sample: what the controller decides at t_k, this block takes in at
+    t_k + T_s.
     """
 
     def __init__(self, delay_periods: int, period: float, at_rest: FloatArray) -> None:
@@ -108,11 +108,16 @@ class InputDelay(LeafSystem):
         self.DeclareVectorOutputPort(
             "rotor_speed_squared", 6, self._calc_rotor_speed_squared, {self.discrete_state_ticket(self._waiting)}
         )
-        self.DeclarePeriodicDiscreteUpdateEvent(period, period, self._update_waiting)
+        # Not by an offset of one period: times n T_s + T_s differ by rounding from the controller's (n + 1) T_s.
+        self._started = self.DeclareDiscreteState(1)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update_waiting)
 
     def _calc_rotor_speed_squared(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_discrete_state(self._waiting).value()[:6])
 
     def _update_waiting(self, context: Context, discrete_state: DiscreteValues) -> None:
+        if not context.get_discrete_state(self._started).value()[0]:
+            discrete_state.set_value(self._started, [1.0])
+            return
         waiting = context.get_discrete_state(self._waiting).value()
         discrete_state.set_value(self._waiting, np.concatenate([waiting[6:], self._command.Eval(context)]))

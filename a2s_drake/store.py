@@ -17,7 +17,8 @@ from a2s_drake.scenario import Scenario
 # Modules of this package that look at flights or decide which to fly; no number in a flight hangs on them.
 _LOOKS_ON = {
     *("figures", "gallery.py", "report.py", "table_one.py", "metrics.py", "comparison.py", "reproduction.py"),
-    *("ceiling.py", "ideal.py", "errata.py", "readings.py", "campaign.py", "store.py", "publish.py", "__init__.py"),
+    *("robustness.py", "ceiling.py", "ideal.py", "errata.py", "readings.py", "campaign.py", "store.py", "publish.py"),
+    *("benchmark", "peers.py", "__init__.py"),
 }
 
 

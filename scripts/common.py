@@ -3,19 +3,33 @@
 import argparse
 import os
 import sys
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Mapping
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import NoReturn
 
 from tqdm import tqdm
 
-from a2s_drake import Flight, Scenario, ScenarioError, run_flight
+import a2s_drake
+import diagrams
+from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, ScenarioError, run_flight
+from a2s_drake.campaign import worker_processes
 from a2s_drake.metrics import write_metrics
+from a2s_drake.store import FlightStore, code_digest, fly_kept
 from diagrams import build_closed_loop, load_scenario
 
 
 class UsageError(Exception):
     """Input that cannot be worked with; a script prints its one line and returns 2."""
+
+
+class CampaignEnded(Exception):
+    """A campaign that ended early: its one line, and the script's exit code."""
+
+    def __init__(self, message: str, code: int) -> None:
+        super().__init__(message)
+        self.code = code
 
 
 class Parser(argparse.ArgumentParser):
@@ -41,14 +55,14 @@ def run(main: Callable[[], int]) -> NoReturn:
     sys.exit(code)
 
 
-def add_scenario_arguments(parser: argparse.ArgumentParser, default: str) -> None:
+def add_scenario_arguments(parser: argparse.ArgumentParser, default: str, out: str = "results/SCENARIO") -> None:
     """Adds `[SCENARIO] [--set section.field=value ...] [--duration S] [--out DIR]`."""
     help_text = "a name in diagrams/scenarios.yaml or a YAML file (default: %(default)s)"
     parser.add_argument("scenario", nargs="?", default=default, metavar="SCENARIO", help=help_text)
     help_text = "change fields of the scenario, e.g. --set mpc.horizon=20 mission.radius=2"
     parser.add_argument("--set", nargs="+", action="extend", default=[], metavar="a.b=value", help=help_text)
     parser.add_argument("--duration", type=float, metavar="S", help="length of the flight, s (default: the mission's)")
-    add_out_argument(parser, "results/SCENARIO")
+    add_out_argument(parser, out)
 
 
 def add_out_argument(parser: argparse.ArgumentParser, default: str) -> None:
@@ -81,6 +95,12 @@ def resolve_scenario(arguments: argparse.Namespace, overrides: list[str]) -> Sce
         raise UsageError(error) from error
 
 
+def refuse_law(arguments: argparse.Namespace) -> None:
+    """Raises UsageError where `--set` names a law for a script that flies several."""
+    if any(text.startswith("attitude_law.name=") for text in arguments.set):
+        raise UsageError("--set attitude_law.name: this script chooses the laws; scripts/simulate.py flies one")
+
+
 def default_folder(arguments: argparse.Namespace) -> Path:
     """Where results go unless `--out` says otherwise: results/<scenario>; a kept scenario.yaml goes by its folder."""
     path = Path(arguments.scenario)
@@ -111,6 +131,26 @@ def fly(scenario: Scenario, row: int = 0) -> Flight:
 def fly_quietly(scenario: Scenario, _place: int) -> Flight:
     """Flies a validated scenario in closed loop, without a progress bar of its own."""
     return run_flight(build_closed_loop(scenario), scenario)
+
+
+def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> dict[str, Flight]:
+    """Flights by name; those flown before by the same code are taken from `folder`, and new ones kept there.
+
+    Raises:
+      CampaignEnded: on an interrupt, on a flight that ends early, or when a worker or the disk fails.
+    """
+    code = code_digest(*(Path(module.__file__).parent for module in (a2s_drake, diagrams)))
+    kept = f"flights done are kept in {folder}"
+    try:
+        with warnings.catch_warnings(), worker_processes(jobs) as workers:
+            warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
+            warnings.simplefilter("always")
+            done = fly_kept(planned, fly_quietly, FlightStore(folder, code), workers)
+            return dict(tqdm(done, total=len(planned), unit="flight", disable=None))
+    except KeyboardInterrupt:
+        raise CampaignEnded(f"interrupted; {kept}", 130) from None
+    except (FlightEnded, OSError, BrokenProcessPool) as failure:
+        raise CampaignEnded(f"{failure}; {kept}", 130 if isinstance(failure, FlightInterrupted) else 1) from failure
 
 
 def check_jobs(jobs: int) -> None:

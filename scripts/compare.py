@@ -18,8 +18,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         arguments = parser.parse_args(argv)
         folder = arguments.out or common.default_folder(arguments)
-        if any(text.startswith("attitude_law.name=") for text in arguments.set):
-            raise common.UsageError("--set attitude_law.name: all laws are flown; scripts/simulate.py flies one")
+        common.refuse_law(arguments)
         common.check_jobs(arguments.jobs)
         scenarios = {law: common.resolve_scenario(arguments, [f"attitude_law.name={law}"]) for law in LAWS}
         common.make_folder(folder)

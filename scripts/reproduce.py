@@ -1,19 +1,11 @@
 """Reproduces the paper: flies it, varies every reading, and writes report.html, results.json and the figures."""
 
 import sys
-import warnings
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
-from tqdm import tqdm
-
-import a2s_drake
 import diagrams
-from a2s_drake import FlightEnded
-from a2s_drake.campaign import worker_processes
 from a2s_drake.publish import publish
 from a2s_drake.reproduction import HEADLINE, PRINTED, planned_flights
-from a2s_drake.store import FlightStore, code_digest, fly_kept
 from scripts import common
 
 
@@ -34,19 +26,11 @@ def main(argv: list[str] | None = None) -> int:
         return 2
     bases = {name: diagrams.load_scenario(name) for name in (HEADLINE, PRINTED)}
     planned = planned_flights(bases, quick=arguments.quick)
-    code = code_digest(*(Path(module.__file__).parent for module in (a2s_drake, diagrams)))
     try:
-        with warnings.catch_warnings(), worker_processes(arguments.jobs) as workers:
-            warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
-            warnings.simplefilter("always")
-            done = fly_kept(planned, common.fly_quietly, FlightStore(out / "flights", code), workers)
-            flights = dict(tqdm(done, total=len(planned), unit="flight", disable=None))
-    except (FlightEnded, KeyboardInterrupt) as ended:
-        print(f"error: {str(ended) or 'interrupted'}; flights done are kept in {out / 'flights'}", file=sys.stderr)
-        return 1 if isinstance(ended, FlightEnded) else 130
-    except (OSError, BrokenProcessPool) as failure:
-        print(f"error: {failure}; flights done are kept in {out / 'flights'}", file=sys.stderr)
-        return 1
+        flights = common.fly_campaign(planned, out / "flights", arguments.jobs)
+    except common.CampaignEnded as ended:
+        print(f"error: {ended}", file=sys.stderr)
+        return ended.code
     gains = publish(bases, flights, out, quick=arguments.quick)["headline"]["gain_percent"]
     print(f"three axes over level {gains['over_level']:+.2f} %, over pitch only {gains['over_pitch_only']:+.2f} %")
     print(f"report.html, results.json and figures are in {out}")

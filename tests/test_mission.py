@@ -47,7 +47,8 @@ def test_every_law_stays_within_its_bounds_without_a_solver_failure(law: str, ca
 @pytest.mark.slow  # a reading of the machine, so not in the default suite
 @pytest.mark.parametrize("law", LAWS)
 def test_every_law_flies_faster_than_real_time(law: str, calibrated: dict[str, Flight]) -> None:
-    assert compute_metrics(calibrated[law])["real_time_factor"] > 1.0
+    # About eight times on a machine that is left alone; the bound leaves room for one that is not.
+    assert compute_metrics(calibrated[law])["real_time_factor"] > 2.5
 
 
 def test_level_law_holds_level(calibrated: dict[str, Flight]) -> None:
@@ -99,13 +100,28 @@ def test_figures_of_the_readme(name: str, law: str, gain: float, error: float, f
 
 
 @pytest.mark.slow
+def test_solvers_of_the_qp_fly_alike(fly) -> None:
+    piqp, osqp = (
+        {law: fly("paper_calibrated", f"attitude_law.name={law}", f"mpc.solver={solver}") for law in LAWS}
+        for solver in ("piqp", "osqp")
+    )
+    for law, baseline in (("three_axis", "level"), ("three_axis", "pitch_only"), ("pitch_only", "level")):
+        gains = [gain_percent(flights[law], flights[baseline]) for flights in (piqp, osqp)]
+        assert gains[0] == pytest.approx(gains[1], abs=0.1)
+    for law in LAWS:
+        np.testing.assert_allclose(piqp[law].position, osqp[law].position, atol=1e-4)
+
+
+@pytest.mark.slow
 def test_whole_program_flies_like_the_real_time_iteration(fly) -> None:
-    # The first second holds the start's transient, the hardest part for one QP a sample.
-    rti = fly("paper_calibrated", "simulation.duration=1.0")
-    whole = fly("paper_calibrated", "simulation.duration=1.0", "mpc.solver=ipopt")
+    # Four seconds hold the start's transient and a jump between fringes, the hardest parts for one QP a sample.
+    whole = fly("paper_calibrated", "simulation.duration=4.0", "mpc.solver=ipopt")
     assert whole.solver_success.all()
-    np.testing.assert_allclose(whole.position, rti.position, atol=2e-3)
-    np.testing.assert_allclose(whole.attitude, rti.attitude, atol=np.deg2rad(0.1))
+    assert np.rad2deg(np.abs(np.diff(whole.attitude_reference, axis=0)).max()) > 5.0
+    for solver in ("piqp", "osqp"):
+        rti = fly("paper_calibrated", "simulation.duration=4.0", f"mpc.solver={solver}")
+        np.testing.assert_allclose(whole.position, rti.position, atol=2e-3)
+        np.testing.assert_allclose(whole.attitude, rti.attitude, atol=np.deg2rad(0.1))
 
 
 def state_at(flight: Flight, k: int) -> np.ndarray:

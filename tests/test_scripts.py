@@ -87,7 +87,7 @@ def test_bad_input_prints_one_line_and_writes_nothing(script, arguments, reason,
     ("arguments", "reason"),
     [
         (["--jobs", "0"], "--jobs 0: must be at least 1"),
-        (["--set", "attitude_law.name=level"], "all laws are flown"),
+        (["--set", "attitude_law.name=level"], "this script chooses the laws"),
     ],
 )
 def test_compare_refuses_what_it_would_ignore(arguments: list[str], reason: str, tmp_path: Path, capsys) -> None:
@@ -162,7 +162,7 @@ def reproducing(monkeypatch):
         return dataclasses.replace(flight, **arrays | {"time": scenario.sample_times()})
 
     monkeypatch.setattr(common, "fly_quietly", fly)
-    monkeypatch.setattr(reproduce, "worker_processes", ThreadPoolExecutor)
+    monkeypatch.setattr(common, "worker_processes", ThreadPoolExecutor)
     return flown
 
 

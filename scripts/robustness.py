@@ -1,0 +1,39 @@
+"""Flies a scenario under each disturbance that the controller knows nothing of, and prints the table."""
+
+import sys
+from pathlib import Path
+
+from a2s_drake import ScenarioError
+from a2s_drake.robustness import robustness_scenarios, robustness_table
+from scripts import common
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Returns 0; 2 for input that cannot be flown; 1 for a flight that ended early; 130 when interrupted."""
+    parser = common.Parser(description=__doc__)
+    common.add_scenario_arguments(parser, default="paper_calibrated", out="results/robustness")
+    common.add_jobs_argument(parser)
+    try:
+        arguments = parser.parse_args(argv)
+        common.refuse_law(arguments)
+        common.check_jobs(arguments.jobs)
+        scenarios = robustness_scenarios(common.resolve_scenario(arguments, []))
+        out = arguments.out or Path("results/robustness")
+        for folder in (out, out / "flights"):
+            common.make_folder(folder)
+    except (common.UsageError, ScenarioError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    try:
+        flights = common.fly_campaign(scenarios, out / "flights", arguments.jobs)
+    except common.CampaignEnded as ended:
+        print(f"error: {ended}", file=sys.stderr)
+        return ended.code
+    table = robustness_table(flights)
+    (out / "robustness.md").write_text(table + "\n", encoding="utf-8")
+    print(table)
+    return 0
+
+
+if __name__ == "__main__":
+    common.run(main)

@@ -1,0 +1,65 @@
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from a2s_drake import Scenario, run_flight
+from a2s_drake.robustness import DISTURBANCES, robustness_scenarios, robustness_table
+from diagrams import build_closed_loop, load_scenario
+from tests.flights import SAMPLES, made_up_flight
+
+README = Path(__file__).parents[1] / "README.md"
+
+
+def test_each_disturbance_is_flown_by_both_laws_and_changes_the_disturbance_alone(scenario: Scenario) -> None:
+    planned = robustness_scenarios(scenario)
+    assert len(planned) == 2 * len(DISTURBANCES)
+    assert len({flown.to_yaml() for flown in planned.values()}) == len(planned)
+    for name, flown in planned.items():
+        assert flown.attitude_law.name == ("level" if name.endswith("level") else "three_axis")
+        flown.attitude_law.name, flown.disturbance = scenario.attitude_law.name, scenario.disturbance
+        assert flown == scenario
+
+
+def test_table_has_a_row_for_each(scenario: Scenario) -> None:
+    rates = {"three_axis": 6.0, "level": 5.0}
+    flights = {
+        name: made_up_flight(law, spectral_efficiency=np.full(SAMPLES, rates[law]))
+        for name in robustness_scenarios(scenario)
+        for law in [name.rsplit(", ", 1)[1]]
+    }
+    lines = robustness_table(flights).splitlines()
+    assert [line.split(" | ")[0].removeprefix("| ") for line in lines[2:]] == list(DISTURBANCES)
+    assert all("+20.0 %" in line and "0.6 bit/Hz" in line for line in lines[2:])
+
+
+def rows_of_readme() -> dict[str, list[float]]:
+    """The numbers of each row of the README's table, by disturbance."""
+    rows = {}
+    for line in README.read_text(encoding="utf-8").splitlines():
+        name, *cells = line.strip("| ").split(" | ")
+        if name in DISTURBANCES and cells:
+            rows[name] = [float(number) for number in re.findall(r"[-+]?\d+\.?\d*", " ".join(cells))]
+    return rows
+
+
+def test_readme_has_the_whole_table() -> None:
+    assert list(rows_of_readme()) == list(DISTURBANCES)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("disturbance", DISTURBANCES)
+def test_mission_holds_under_each_disturbance_as_the_readme_says(disturbance: str) -> None:
+    planned = robustness_scenarios(load_scenario("paper_calibrated"))
+    # The table is drawn for this one row; the others are filled with it.
+    pair = {
+        law: run_flight(build_closed_loop(flown), flown)
+        for law, flown in ((law, planned[f"{disturbance}, {law}"]) for law in ("three_axis", "level"))
+    }
+    table = robustness_table({name: pair[name.rsplit(", ", 1)[1]] for name in planned})
+    numbers = [float(text) for text in re.findall(r"[-+]?\d+\.?\d*", table.splitlines()[2].split(" | ", 1)[1])]
+    np.testing.assert_allclose(numbers, rows_of_readme()[disturbance], atol=0.1001)
+    for flight in pair.values():
+        assert flight.solver_success.all()
+        assert np.linalg.norm(flight.position - flight.position_reference, axis=1).max() < 0.15
