@@ -92,6 +92,19 @@ def test_then_the_vehicle_hovers(scenario: Scenario) -> None:
     np.testing.assert_allclose(decision.plan.input, np.tile(hover_input(scenario.airframe), (30, 1)))
 
 
+@pytest.mark.parametrize("broken", ["state", "input"])
+def test_a_previous_plan_that_is_no_number_is_neither_flown_nor_built_upon(broken: str, scenario: Scenario) -> None:
+    previous = some_plan()
+    getattr(previous, broken)[2:] = np.nan
+    dut, _ = planner(scenario, None, None, None)
+    decision = dut.decide(np.zeros(12), AT_REST, previous)
+    assert decision.fallback is Fallback.HOVER
+    assert_can_be_applied(decision, scenario)
+    real = Planner(scenario.airframe, scenario.mpc).decide(np.zeros(12), AT_REST, previous)
+    assert real.fallback is Fallback.SOFTENED
+    assert_can_be_applied(real, scenario)
+
+
 FAR = np.repeat(np.eye(4), 3, axis=1) * np.repeat([1.1, 0.55, 5.5, 11.0], 3)  # m, rad, m/s, rad/s, a group at a time
 
 

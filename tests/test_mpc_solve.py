@@ -182,3 +182,14 @@ def test_softened_program_answers_outside_the_bounds(qp_scenario: Scenario) -> N
     plan = dut.solve(x0, reference, guess, soft=True).plan
     assert plan is not None
     assert abs(plan.state[-1, 6]) < 1.0
+
+
+def test_softened_bounds_give_up_no_attitude_and_no_speed_for_position(qp_scenario: Scenario) -> None:
+    dut = make_solver(model_of(qp_scenario), qp_scenario.airframe, qp_scenario.mpc)
+    x0 = np.zeros(12)
+    x0[0] = 15.0  # five metres outside the operating region, and fifteen from the target
+    plan = dut.solve(x0, reference_at(qp_scenario, 0), hover_from(qp_scenario, x0), soft=True).plan
+    assert plan is not None
+    _, upper = state_bounds(qp_scenario.mpc)
+    assert (np.abs(plan.state[1:, 3:]) <= upper[3:] + 1e-3).all()
+    assert plan.state[-1, 0] < 14.9

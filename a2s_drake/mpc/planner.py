@@ -97,8 +97,6 @@ class Planner:
             return self._decide(x0, reference, previous, trusted)
 
     def _decide(self, x0: FloatArray, reference: Reference, previous: Plan | None, trusted: bool) -> Decision:
-        if previous is not None and not previous.is_finite():
-            previous = None
         iterations = 0
         foreseen = previous is not None and _foreseen(x0, previous.state[1])
         usable = (np.abs(x0) <= self._solvable).all() and reference.is_finite()  # False for NaN
