@@ -4,12 +4,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help run reproduce robustness test test-slow check format clean
+.PHONY: help run reproduce robustness bench test test-slow check format clean
 
 help:
 	@echo "make run        fly the paper's mission under its three laws and print the comparison"
 	@echo "make reproduce  vary every reading of the paper and write the report"
 	@echo "make robustness fly it under gusts, wrong mass, weak rotors, noise and delay"
+	@echo "make bench      time the MPC beside other solvers, and check its accuracy"
 	@echo "make test       check, then run the test suite"
 	@echo "make test-slow  the long flights that make test leaves out"
 	@echo "make check      ruff (lint and format) and mypy"
@@ -31,6 +32,9 @@ reproduce: $(VENV)/installed
 
 robustness: $(VENV)/installed
 	$(BIN)/python scripts/robustness.py
+
+bench: $(VENV)/installed
+	$(BIN)/python scripts/benchmark.py
 
 check: $(VENV)/installed
 	$(BIN)/ruff check .

@@ -5,17 +5,18 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from a2s_drake.airframe import add_airframe, hover_input
 from a2s_drake.disturbances import InputDelay, MeasurementNoise
 from a2s_drake.mpc.controller import MpcController
+from a2s_drake.mpc.planner import Planner
 from a2s_drake.scenario import Scenario
 from a2s_drake.two_ray import TwoRayChannel
 from a2s_drake.wiring import build_wired, export_outputs
 from diagrams.reference import add_reference
 
 
-def build_closed_loop(scenario: Scenario | None = None) -> Diagram:
+def build_closed_loop(scenario: Scenario | None = None, planner: Planner | None = None) -> Diagram:
     """The mission of a scenario (Table I by default), the vehicle at rest and level where the path begins.
 
     Noise on the measured state and delay of the commands stand in it only where the scenario asks for them;
-    `rotor_speed_squared` is what reaches the rotors.
+    `rotor_speed_squared` is what reaches the rotors. A planner of one's own may stand in for the scenario's.
 
     ```
     +-------------+
@@ -29,7 +30,7 @@ def build_closed_loop(scenario: Scenario | None = None) -> Diagram:
     scenario = scenario or Scenario()
     builder = DiagramBuilder()
     path, ship, law = add_reference(builder, scenario)
-    mpc = builder.AddNamedSystem("mpc", MpcController(scenario.airframe, scenario.mpc))
+    mpc = builder.AddNamedSystem("mpc", MpcController(scenario.airframe, scenario.mpc, planner))
     airframe = add_airframe(builder, scenario.airframe, scenario.mission.start, scenario.disturbance)
     channel = builder.AddNamedSystem("channel", TwoRayChannel(scenario.link))
 

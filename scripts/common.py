@@ -121,6 +121,12 @@ def make_folder(folder: Path) -> None:
         raise UsageError(f"--out {folder}: cannot be written to")
 
 
+def check_file(path: Path, option: str) -> None:
+    """Raises UsageError, which names the option, unless a file can be written where a path says."""
+    if path.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):
+        raise UsageError(f"{option} {path}: cannot be written")
+
+
 def fly(scenario: Scenario, row: int = 0) -> Flight:
     """Flies a validated scenario in closed loop, with a progress bar in the given row of the terminal."""
     label = scenario.attitude_law.name

@@ -153,7 +153,7 @@ class WholeProgram:
         return Solution(program.read(result) if result.is_success() else None, iterations)
 
 
-_QP_SOLVERS: dict[str, Callable[[Mpc], QpSolver]] = {"piqp": PiqpQp, "osqp": OsqpQp}
+QP_SOLVERS: dict[str, Callable[[Mpc], QpSolver]] = {"piqp": PiqpQp, "osqp": OsqpQp}
 
 
 def make_solver(model: RigidBodyModel, airframe: Airframe, mpc: Mpc) -> TrackingSolver:
@@ -164,7 +164,7 @@ def make_solver(model: RigidBodyModel, airframe: Airframe, mpc: Mpc) -> Tracking
     """
     if mpc.solver == "ipopt":
         return WholeProgram(model, airframe, mpc)
-    return RealTimeIteration(model, airframe, mpc, _QP_SOLVERS[mpc.solver](mpc))
+    return RealTimeIteration(model, airframe, mpc, QP_SOLVERS[mpc.solver](mpc))
 
 
 def solve_to_convergence(

@@ -1,0 +1,101 @@
+"""The same QP the way one would first write it in Drake: a baseline that does not move with the MPC."""
+
+import numpy as np
+from pydrake.solvers import MathematicalProgram, OsqpSolver, SolverOptions
+
+from a2s_drake.arrays import FloatArray
+from a2s_drake.mpc.model import NUM_INPUTS, NUM_STATES, RigidBodyModel
+from a2s_drake.mpc.plan import Plan, Reference, state_weights
+from a2s_drake.mpc.program import input_bounds, state_bounds
+from a2s_drake.mpc.solve import Solution
+from a2s_drake.parameters import Airframe, Mpc
+
+# Constants of its own, lest tuning the MPC move the baseline.
+_SCALE = 1.0e4  # Hz^2 per unit of an input; without it OSQP takes far longer.
+_TOLERANCE = 1.0e-5
+_MAX_ITERATIONS = 4000
+_SOLVED = 1
+
+
+class PlainOsqp:
+    """Drake's OSQP on one dense dynamics constraint a stage, and a quadratic cost per state and per input.
+
+    Sound, not naive: the program is built once and its numbers updated, OSQP starts from the guess, inputs are scaled,
+    linearisation is batched over the horizon, and Drake is spared finding out that the costs are convex.
+    """
+
+    def __init__(self, model: RigidBodyModel, airframe: Airframe, mpc: Mpc) -> None:
+        self._model, self._mpc = model, mpc
+        self._osqp, self._options = OsqpSolver(), SolverOptions()
+        settings = {"eps_abs": _TOLERANCE, "eps_rel": _TOLERANCE, "max_iter": _MAX_ITERATIONS}
+        for name, value in (settings | {"check_termination": 10, "polishing": 0}).items():
+            self._options.SetOption(OsqpSolver.id(), name, value)
+        self._prog = MathematicalProgram()
+        self._x = self._prog.NewContinuousVariables(mpc.horizon + 1, NUM_STATES, "x")
+        self._u = self._prog.NewContinuousVariables(mpc.horizon, NUM_INPUTS, "u")
+        start, (low, high), (lower, upper) = np.zeros(NUM_STATES), input_bounds(airframe), state_bounds(mpc)
+        self._start = self._prog.AddBoundingBoxConstraint(start, start, self._x[0]).evaluator()
+        self._dynamics = []
+        blank = np.ones((NUM_STATES, 2 * NUM_STATES + NUM_INPUTS))
+        for x, u, following in zip(self._x[:-1], self._u, self._x[1:], strict=True):
+            self._prog.AddBoundingBoxConstraint(low / _SCALE, high / _SCALE, u)
+            self._prog.AddBoundingBoxConstraint(lower, upper, following)
+            variables = np.concatenate([x, u, following])
+            self._dynamics.append(self._prog.AddLinearEqualityConstraint(blank, start, variables).evaluator())
+        self._weights, input_weights = np.diag(state_weights(mpc)), np.eye(NUM_INPUTS) * mpc.input_weight * _SCALE**2
+        for u in self._u:
+            self._prog.AddQuadraticErrorCost(input_weights, np.zeros(NUM_INPUTS), u)
+        self._costs = [self._prog.AddQuadraticErrorCost(self._weights, start, x).evaluator() for x in self._x]
+
+    def pose(self, x0: FloatArray, reference: Reference, guess: Plan) -> None:
+        """Linearises about a guess that starts at a measured state (12,), and takes over state and targets."""
+        x, u = np.vstack([x0, guess.state[1:-1]]), guess.input
+        following, by_state, by_input = _linearized_rk4(self._model, x, u, self._mpc.period)
+        self._start.set_bounds(x0, x0)
+        for r, dynamics in enumerate(self._dynamics):
+            coefficients = np.hstack([by_state[r], _SCALE * by_input[r], -np.eye(NUM_STATES)])
+            dynamics.UpdateCoefficients(coefficients, by_state[r] @ x[r] + by_input[r] @ u[r] - following[r])
+        for r, cost in enumerate(self._costs):
+            target = np.concatenate([reference.position[r], reference.attitude[r], np.zeros(6)])
+            pull = self._weights @ target
+            cost.UpdateCoefficients(2.0 * self._weights, -2.0 * pull, target @ pull, True)
+
+    def answer(self, guess: Plan) -> Solution:
+        """Solves the problem posed, starting from a guess."""
+        start = np.zeros(self._prog.num_vars())
+        self._prog.SetDecisionVariableValueInVector(self._x, guess.state, start)
+        self._prog.SetDecisionVariableValueInVector(self._u, guess.input / _SCALE, start)
+        result = self._osqp.Solve(self._prog, start, self._options)
+        details = result.get_solver_details()
+        if not result.is_success() or details.status_val != _SOLVED:
+            return Solution(None, details.iter)
+        return Solution(Plan(result.GetSolution(self._x), _SCALE * result.GetSolution(self._u)), details.iter)
+
+    def solve(self, x0: FloatArray, reference: Reference, guess: Plan) -> Solution:
+        """Poses a problem and solves it."""
+        self.pose(x0, reference, guess)
+        return self.answer(guess)
+
+
+def _linearized_rk4(
+    model: RigidBodyModel, x: FloatArray, u: FloatArray, period: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """A Runge-Kutta step and its derivatives by x and u, by the chain rule stage after stage, batched over the horizon.
+
+    Args:
+      x: (N, 12); u: (N, 6); period: s.
+    Returns:
+      shapes (N, 12), (N, 12, 12) and (N, 12, 6).
+    """
+    slope, by_state, by_input = np.zeros_like(x), np.zeros((len(x), 12, 12)), np.zeros((len(x), 12, 6))
+    totals = [np.zeros_like(part) for part in (slope, by_state, by_input)]
+    for offset, weight in ((0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)):
+        stage = x + offset * period * slope
+        a, b = model.jacobians(stage, u)
+        slope = model.derivative(stage, u)
+        by_state = a @ (np.eye(NUM_STATES) + offset * period * by_state)
+        by_input = a @ (offset * period * by_input) + b
+        for total, part in zip(totals, (slope, by_state, by_input), strict=True):
+            total += weight * part
+    moved, turned, pushed = (period / 6.0 * total for total in totals)
+    return x + moved, np.eye(NUM_STATES) + turned, pushed

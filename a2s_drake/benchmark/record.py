@@ -1,0 +1,60 @@
+"""The tracking problems that a flight poses, recorded as it poses them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from pydrake.systems.framework import Diagram
+
+from a2s_drake.arrays import FloatArray
+from a2s_drake.flight import Flight, FlightEnded, run_flight
+from a2s_drake.mpc.model import RigidBodyModel
+from a2s_drake.mpc.plan import Plan, Reference
+from a2s_drake.mpc.planner import Planner
+from a2s_drake.mpc.solve import Solution, TrackingSolver, make_solver
+from a2s_drake.scenario import Scenario
+
+
+@dataclass(frozen=True)
+class TrackingProblem:
+    """What a solver is asked: the measured state (12,), the targets, and the plan to linearise about."""
+
+    x0: FloatArray
+    reference: Reference
+    guess: Plan
+
+
+class _Recorder:
+    """A solver that keeps the hard problems it is asked to solve."""
+
+    def __init__(self, solver: TrackingSolver) -> None:
+        self._solver = solver
+        self.problems: list[TrackingProblem] = []
+
+    def solve(self, x0: FloatArray, reference: Reference, guess: Plan, *, soft: bool = False) -> Solution:
+        """See `TrackingSolver.solve`."""
+        solution = self._solver.solve(x0, reference, guess, soft=soft)
+        if not soft:  # And only now: a problem whose linearisation overflows cannot be timed.
+            self.problems.append(TrackingProblem(x0.copy(), reference, guess))
+        return solution
+
+
+def record(
+    scenario: Scenario, build: Callable[[Scenario, Planner], Diagram], progress: Callable[[int], Any] | None = None
+) -> tuple[Flight, list[TrackingProblem]]:
+    """Flies a validated scenario and records its problems as posed, without those with softened bounds.
+
+    There is one a sample, and at the first sample, whose cold start iterates, some more.
+
+    Args:
+      build: makes the closed loop around a planner.
+      progress: called with 1 after each sample.
+    Raises:
+      FlightEnded: see `run_flight`; and when there was no problem to record.
+    """
+    airframe, mpc = scenario.airframe, scenario.mpc
+    recorder = _Recorder(make_solver(RigidBodyModel.of(airframe), airframe, mpc))
+    flight = run_flight(build(scenario, Planner(airframe, mpc, recorder)), scenario, progress)
+    if not recorder.problems:
+        raise FlightEnded("the flight posed no problem that could be linearised", flight)
+    return flight, recorder.problems

@@ -1,0 +1,112 @@
+"""A benchmark's summary as text."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+_PEERS = {
+    "hpipm": "CasADi + HPIPM",
+    "qpoases": "CasADi + qpOASES",
+    "osqp": "CasADi + OSQP",
+    "ipopt": "CasADi + IPOPT",
+}
+_STATISTICS = ("median", "p99", "p99_9", "max")
+
+
+def benchmark_text(summary: Mapping[str, Any]) -> str:
+    """The tables of a summary, ready to print."""
+    parts = [_flight(summary), _step(summary), _peers(summary), _growth(summary)]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _flight(summary: Mapping[str, Any]) -> str:
+    flight, memory = summary["flight"], summary["peak_memory_mib"]
+    exact = summary["accuracy_percent"]
+    lines = [
+        f"{flight['law']} over {flight['duration_s']:.2f} s, N = {flight['horizon']}, QP by {flight['solver']}: "
+        f"{flight['real_time_factor']:.1f} times real time, {flight['failures']} solver failures",
+        f"step: {summary['step_over_plain']:.2f} times plain Drake + OSQP "
+        f"({summary['step_ms']['median']:.2f} ms against {summary['plain']['step_ms']['median']:.2f} ms in the median)",
+        f"applied input: at most {_percent(exact)} of the rotor range off the QP's solution to 1e-9, "
+        f"over {summary['problems'] - summary['without_exact_solution']} of {summary['problems']} problems",
+        f"peak memory: {memory['flight']:.0f} MiB after the flight, {memory['benchmark']:.0f} MiB after all of this",
+    ]
+    return "\n".join(lines)
+
+
+def _step(summary: Mapping[str, Any]) -> str:
+    rows = [["ms", "median", "p99", "p99.9", "max"]]
+    rows.append(["controller block in flight", *_times(summary["flight"]["controller_ms"])])
+    rows.append(["step", *_times(summary["step_ms"])])
+    rows += [[f"  {name.replace('_', ' ')}", *_times(times)] for name, times in summary["split_ms"].items()]
+    plain = summary["plain"]
+    rows.append(["plain Drake + OSQP", *_times(plain["step_ms"])])
+    rows += [[f"  {name}", *_times(times)] for name, times in plain["split_ms"].items()]
+    counts = [
+        f"{name}: median {solver['iterations']['median']:.0f}, most {solver['iterations']['max']}"
+        for name, solver in ((summary["flight"]["solver"], summary), ("plain", plain))
+    ]
+    off = f"applied input of plain: at most {_percent(plain['deviation_percent'])} off"
+    return f"{_table(rows)}\niterations: {'; '.join(counts)}\n{off}"
+
+
+def _peers(summary: Mapping[str, Any]) -> str:
+    if not summary["peers"]:
+        return ""
+    header = [
+        "peers on the same problems",
+        "number",
+        "median",
+        "max",
+        "ours",
+        "ratio",
+        "iterations",
+        "off by",
+        "failed",
+    ]
+    rows = [header]
+    for name, peer in summary["peers"].items():
+        counted = f"{peer['iterations']['median']:.0f}" if peer["iterations"] else "-"
+        times = [f"{peer['time_ms'][key]:.2f} ms" for key in ("median", "max")]
+        label, ours = f"{_PEERS[name]}, {peer['compared']}", f"{peer['own_median_ms']:.2f} ms"
+        ending = [counted, _percent(peer["deviation_percent"]), str(peer["failures"])]
+        rows.append([label, str(peer["problems"]), *times, ours, f"{peer['ratio']:.2f}", *ending])
+    notes = [
+        "ratio: the peer's median over ours. QP solve: from a program with its numbers updated to the solution, so all",
+        "include reading the program; the linearisation before it is the same. IPOPT is set against a whole step: it",
+        "solves the nonlinear program, where a step solves one QP; its deviation is what one iteration leaves.",
+        "qpOASES starts from its last active set, and so gets four runs of five samples in a row.",
+        "HPIPM of CasADi's wheel is built on BLASFEO's generic kernels; one built for this processor is faster.",
+    ]
+    return "\n".join([_table(rows), *notes])
+
+
+def _growth(summary: Mapping[str, Any]) -> str:
+    growths = summary["growth"]
+    horizons = next(iter(growths.values()))["horizons"]
+    rows = [["median step over N, ms", *map(str, horizons), "line", "R^2", "exponent"]]
+    for solver, growth in growths.items():
+        line = f"{growth['offset_ms']:.2f} + {growth['per_stage_ms']:.4f} N"
+        cells = [*(f"{ms:.2f}" for ms in growth["median_ms"]), line]
+        rows.append([solver, *cells, f"{growth['r_squared']:.4f}", f"{growth['exponent']:.2f}"])
+        rows.append(["  iterations", *(f"{count:.0f}" for count in growth["iterations"])])
+    return _table(rows)
+
+
+def _times(statistics: Mapping[str, float]) -> list[str]:
+    return [f"{statistics[key]:.2f}" for key in _STATISTICS]
+
+
+def _percent(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1e} %"
+
+
+def _table(rows: Iterable[Sequence[str]]) -> str:
+    """Columns, the first to the left and the others to the right, with a rule under the first row."""
+    lines = [list(row) for row in rows]
+    full = [line for line in lines if len(line) == len(lines[0])]
+    widths = [max(map(len, column)) for column in zip(*full, strict=True)]
+    text = [
+        "  ".join(cell.ljust(w) if i == 0 else cell.rjust(w) for i, (cell, w) in enumerate(zip(line, widths)))  # noqa: B905 - a line may be short
+        for line in lines
+    ]
+    return "\n".join([text[0], "-" * len(text[0]), *text[1:]])

@@ -1,0 +1,82 @@
+"""The whole benchmark: a flight, its problems solved by all, and growth with the horizon."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import Diagram
+
+from a2s_drake.benchmark.accuracy import exact_inputs
+from a2s_drake.benchmark.contestants import Conic, Contestant, Own, Plain, Whole
+from a2s_drake.benchmark.growth import Growth, growth_scenarios, measure_growth
+from a2s_drake.benchmark.record import TrackingProblem, record
+from a2s_drake.benchmark.summary import peak_memory_mib, summarise
+from a2s_drake.benchmark.timing import runs_in_a_row, spread, time_interleaved
+from a2s_drake.checks import ScenarioError
+from a2s_drake.mpc.planner import Planner
+from a2s_drake.mpc.solve import QP_SOLVERS
+from a2s_drake.parameters import Airframe, Mpc
+from a2s_drake.peers import CONIC_PEERS
+from a2s_drake.scenario import Scenario
+
+_MOST_BY_IPOPT = 40
+
+# qpOASES takes a hundred times as long as the others. It goes on from the active set of its last problem, so it gets
+# problems as from a controller, one after the other; on ones far apart it takes five times as long again.
+_RUNS_BY_QPOASES, _RUN_BY_QPOASES = 4, 5
+
+
+@dataclass(frozen=True)
+class Benchmark:
+    """What to run.
+
+    Attributes:
+      scenario: validated.
+      build: makes the closed loop around a planner.
+      peers_every: peers solve every how many-th problem, slow ones fewer; 0 for no peers.
+    """
+
+    scenario: Scenario
+    build: Callable[[Scenario, Planner], Diagram]
+    peers_every: int
+
+    def check(self) -> None:
+        """Raises ScenarioError when the scenario cannot be benchmarked."""
+        if self.scenario.mpc.solver not in QP_SOLVERS:
+            raise ScenarioError(f"mpc.solver = {self.scenario.mpc.solver}: the benchmark times {', '.join(QP_SOLVERS)}")
+        growth_scenarios(self.scenario)
+
+    def run(self, progress: Callable[[str, int], Any]) -> tuple[dict[str, Any], dict[str, Growth]]:
+        """Runs it all.
+
+        Args:
+          progress: called with a stage's name and how many steps it takes; gives a function to call with each step.
+        Returns:
+          a summary ready for JSON, and growths to draw.
+        Raises:
+          FlightEnded: when the flight does.
+        """
+        airframe, mpc = self.scenario.airframe, self.scenario.mpc
+        # No name for a progress function: its bar goes when the stage does.
+        flight, problems = record(self.scenario, self.build, progress("flying", len(self.scenario.sample_times())))
+        memory = {"flight": peak_memory_mib()}
+        exact = exact_inputs(problems, airframe, mpc, progress("solving exactly", len(problems)))
+        contestants: dict[str, Contestant[TrackingProblem]] = {"own": Own(airframe, mpc), "plain": Plain(airframe, mpc)}
+        places: dict[str, NDArray[np.intp]] = {}
+        if self.peers_every:
+            peers = _peers(airframe, mpc)
+            contestants |= peers
+            places = {name: spread(len(problems), self.peers_every, len(problems)) for name in peers}
+            places["ipopt"] = spread(len(problems), self.peers_every, _MOST_BY_IPOPT)
+            places["qpoases"] = runs_in_a_row(len(problems), _RUNS_BY_QPOASES, _RUN_BY_QPOASES)
+        timings = time_interleaved(problems, contestants, places, progress("timing", len(problems)))
+        growths = measure_growth(growth_scenarios(self.scenario), self.build)
+        summary = summarise(flight, timings, exact, growths)
+        return summary | {"peak_memory_mib": memory | {"benchmark": peak_memory_mib()}}, growths
+
+
+def _peers(airframe: Airframe, mpc: Mpc) -> dict[str, Contestant[TrackingProblem]]:
+    conic = {name: Conic(name, airframe, mpc) for name in CONIC_PEERS}
+    return {**conic, "ipopt": Whole(airframe, mpc)}

@@ -1,0 +1,60 @@
+"""Flies a scenario, times the MPC on its problems, and checks its accuracy, beside other solvers and over horizons."""
+
+import json
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+from tqdm import tqdm
+
+from a2s_drake import FlightEnded, FlightInterrupted, ScenarioError
+from a2s_drake.benchmark.growth import growth_figure
+from a2s_drake.benchmark.report import benchmark_text
+from a2s_drake.benchmark.suite import Benchmark
+from a2s_drake.figures import save_figure
+from a2s_drake.files import written_whole
+from diagrams import build_closed_loop
+from scripts import common
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Returns 0; 2 for input that cannot be flown; 1 for a flight that ended early; 130 when interrupted."""
+    parser = common.Parser(description=__doc__)
+    common.add_scenario_arguments(parser, default="paper_calibrated", out="results/benchmark")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the numbers there as well")
+    parser.add_argument("--no-peers", action="store_true", help="leave out other solvers, even where casadi is there")
+    help_text = "peers solve every K-th problem (default: %(default)s)"
+    parser.add_argument("--peers-every", type=int, default=20, metavar="K", help=help_text)
+    try:
+        arguments = parser.parse_args(argv)
+        folder = arguments.out or Path("results/benchmark")
+        if arguments.peers_every < 1:
+            raise common.UsageError(f"--peers-every {arguments.peers_every}: must be at least 1")
+        peers = not arguments.no_peers and find_spec("casadi") is not None
+        scenario = common.resolve_scenario(arguments, [])
+        benchmark = Benchmark(scenario, build_closed_loop, arguments.peers_every if peers else 0)
+        benchmark.check()
+        if arguments.json is not None:
+            common.check_file(arguments.json, "--json")
+        common.make_folder(folder)
+    except (common.UsageError, ScenarioError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    try:
+        summary, growths = benchmark.run(lambda name, n: tqdm(total=n, desc=name, leave=False, disable=None).update)
+    except (FlightEnded, KeyboardInterrupt) as ended:
+        print(f"error: {str(ended) or 'interrupted'}", file=sys.stderr)
+        return 130 if isinstance(ended, FlightInterrupted | KeyboardInterrupt) else 1
+    print(benchmark_text(summary))
+    if not peers and not arguments.no_peers:
+        print("\npeers need the package casadi: pip install 'a2s_drake[bench]'")
+    save_figure(growth_figure(growths), folder / "growth")
+    if arguments.json is not None:
+        with written_whole(arguments.json) as part:
+            part.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    print(f"\nthe picture (growth; PNG and SVG) is in {folder}")
+    return 0
+
+
+if __name__ == "__main__":
+    common.run(main)
