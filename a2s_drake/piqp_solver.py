@@ -104,8 +104,11 @@ class PiqpSolver(SolverInterface):
         self._iterations = workspace.iterations
         if outcome != SolutionResult.kSolutionFound:
             del self._workspaces[prog]  # Iterates that are not finite would linger in it.
-        result = MathematicalProgramResult() if result is None else result
-        _bind(result, prog)
+        if result is None:
+            result = MathematicalProgramResult()
+        if result is not workspace.bound:
+            _bind(result, prog)
+            workspace.bound = result
         result.set_x_val(values)
         result.set_solution_result(outcome)
         return result
@@ -116,6 +119,7 @@ class _Workspace:
 
     def __init__(self, prog: MathematicalProgram, options: dict[str, Any]) -> None:
         self._piqp = require_piqp()
+        self.bound: MathematicalProgramResult | None = None  # the last result that was told of the program's variables
         self._form, self._options = QuadraticForm(prog), dict(options)
         self._solver = self._piqp.SparseSolver()
         settings = {"kkt_solver": self._piqp.KKTSolver.sparse_multistage} | self._options

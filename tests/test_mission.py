@@ -148,7 +148,7 @@ def test_settled_rti_is_the_solution_of_the_whole_program(sample: int, fly) -> N
 @pytest.mark.parametrize("solver", ["piqp", "osqp"])
 @pytest.mark.parametrize("sample", [0, 100, 194, 478, 1325])
 def test_qp_accuracy(sample: int, solver: str, fly) -> None:
-    # What the README states: the applied input lies within 0.01 % of the rotor range of the QP's solution.
+    # A few samples for each solver; tests/test_benchmark.py goes through whole missions.
     flight = fly("paper_calibrated")
     scenario = flight.scenario
     x0 = state_at(flight, sample)

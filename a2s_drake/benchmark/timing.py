@@ -1,4 +1,4 @@
-"""Timing of several solvers over the same problems, problem by problem, so that noise of the machine hits all alike."""
+"""Timing of several solvers over the same problems, by turns, so that noise of the machine hits all alike."""
 
 import gc
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -13,6 +13,8 @@ from a2s_drake.arrays import FloatArray
 from a2s_drake.benchmark.contestants import Contestant, Run
 
 Problem = TypeVar("Problem")
+
+_TURN = 20
 
 
 @dataclass(frozen=True)
@@ -67,9 +69,11 @@ def time_interleaved(
     places: Mapping[str, NDArray[np.intp]] | None = None,
     progress: Callable[[int], Any] | None = None,
 ) -> dict[str, Timing]:
-    """Times contestants, who take turns at each problem.
+    """Times contestants, who take turns at every few problems.
 
-    Each first solves its first problem once untimed, so that no set-up is timed.
+    Each first solves its first problem once untimed, so that no set-up is timed. Turns are of `_TURN` problems: short
+    enough that the machine is as busy for one as for the next, long enough that nobody finds the processor's caches
+    always full of the others' work, which in flight there is none of.
 
     Args:
       places: which problems a contestant is given; all, where it is not named.
@@ -81,12 +85,12 @@ def time_interleaved(
     for name, contestant in contestants.items():
         contestant.run(problems[chosen[name][0]])
     with _quiet_collector():
-        for k, problem in enumerate(problems):
+        for first in range(0, len(problems), _TURN):
+            turn = range(first, min(first + _TURN, len(problems)))
             for name, contestant in contestants.items():
-                if k in due[name]:
-                    runs[name].append(contestant.run(problem))
+                runs[name] += [contestant.run(problems[k]) for k in turn if k in due[name]]
             if progress is not None:
-                progress(1)
+                progress(len(turn))
     return {name: _collect(chosen[name], mine) for name, mine in runs.items()}
 
 
