@@ -104,14 +104,13 @@ class PiqpSolver(SolverInterface):
         self._iterations = workspace.iterations
         if outcome != SolutionResult.kSolutionFound:
             del self._workspaces[prog]  # Iterates that are not finite would linger in it.
-        if result is None:
-            result = MathematicalProgramResult()
-        if result is not workspace.bound:
-            _bind(result, prog)
-            workspace.bound = result
-        result.set_x_val(values)
-        result.set_solution_result(outcome)
-        return result
+        answer = MathematicalProgramResult() if result is None else result
+        if answer is not workspace.bound:
+            _bind(answer, prog)
+            workspace.bound = answer
+        answer.set_x_val(values)
+        answer.set_solution_result(outcome)
+        return answer
 
 
 class _Workspace:

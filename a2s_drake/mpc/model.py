@@ -5,6 +5,7 @@ Everything is batched over leading axes in NumPy, so one call serves a whole hor
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,9 +62,14 @@ class RigidBodyModel:
 
     def accelerations(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """What the rotors do to a body at rest: linear (m/s^2, B) and angular (rad/s^2, B), each (..., 3)."""
-        both = u @ self._accelerations_by_input().T
+        both = u @ self._accelerations_by_input.T
         return both[..., :3], both[..., 3:]
 
+    @cached_property
+    def _gyroscopic_factors(self) -> FloatArray:
+        return (self.inertia[_SECOND] - self.inertia[_FIRST]) / self.inertia
+
+    @cached_property
     def _accelerations_by_input(self) -> FloatArray:
         return self.wrench_map / np.concatenate([np.full(3, self.mass), self.inertia])[:, np.newaxis]
 
@@ -80,8 +86,8 @@ class RigidBodyModel:
     def _turning(self, eta: FloatArray, omega: FloatArray, turn_B: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Time derivatives of attitude and angular velocity, each (..., 3)."""
         # For principal moments omega x (J omega) is (J_z - J_y) omega_y omega_z, and so on in turn.
-        spread = (self.inertia[_SECOND] - self.inertia[_FIRST]) / self.inertia
-        return _apply(_euler_rates(eta), omega), turn_B - spread * omega[..., _FIRST] * omega[..., _SECOND]
+        gyroscopic = self._gyroscopic_factors * (omega[..., _FIRST] * omega[..., _SECOND])
+        return _apply(_euler_rates(eta), omega), turn_B - gyroscopic
 
     def jacobians(self, x: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Derivatives of `derivative`: by the state, shape (..., 12, 12), and by the input, shape (..., 12, 6)."""
@@ -93,8 +99,8 @@ class RigidBodyModel:
         by_state[..., VELOCITY, ATTITUDE] = falling
         by_state[..., RATE, RATE] = turning[..., 3:, 3:]
         by_input = np.zeros((*x.shape[:-1], NUM_STATES, NUM_INPUTS))
-        by_input[..., VELOCITY, :] = R_WB @ self._accelerations_by_input()[:3]
-        by_input[..., RATE, :] = self._accelerations_by_input()[3:]
+        by_input[..., VELOCITY, :] = R_WB @ self._accelerations_by_input[:3]
+        by_input[..., RATE, :] = self._accelerations_by_input[3:]
         return by_state, by_input
 
     def _jacobian_blocks(
@@ -170,7 +176,7 @@ class RigidBodyModel:
         slope[..., range(NUM_STATES), range(NUM_STATES)] += 1.0
         slope[..., POSITION, VELOCITY] += period * _IDENTITY
         by_accelerations = np.concatenate([by_thrust, by_turned[..., 6:]], axis=-1)
-        slope[..., NUM_STATES:] = by_accelerations @ self._accelerations_by_input()
+        slope[..., NUM_STATES:] = by_accelerations @ self._accelerations_by_input
         return following, slope
 
     def rollout(self, x: FloatArray, inputs: FloatArray, period: float) -> FloatArray:
