@@ -1,7 +1,6 @@
 """Other solvers of the same tracking problem, by way of CasADi: what the MPC's own solvers are measured against."""
 
 import contextlib
-import importlib
 import io
 import time
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from a2s_drake.arrays import FloatArray
 from a2s_drake.mpc.model import ATTITUDE, NUM_INPUTS, NUM_STATES, RATE, VELOCITY
 from a2s_drake.mpc.plan import Plan, Reference, state_weights
 from a2s_drake.mpc.program import INPUT_SCALE, input_bounds, state_bounds
+from a2s_drake.packages import require
 from a2s_drake.parameters import GRAVITY, Airframe, Mpc
 from a2s_drake.quadratic_form import QuadraticForm
 
@@ -70,11 +70,7 @@ def require_casadi() -> Any:
     Raises:
       ModuleNotFoundError: that says what to install.
     """
-    try:
-        return importlib.import_module("casadi")
-    except ModuleNotFoundError as error:
-        message = "peers need the package casadi: pip install 'a2s_drake[bench]'"
-        raise ModuleNotFoundError(message) from error
+    return require("casadi", "peers need the package casadi: pip install 'a2s_drake[bench]'")
 
 
 class ConicPeer:

@@ -1,7 +1,5 @@
 """PIQP behind Drake's SolverInterface: convex quadratic programs, with a workspace kept between solves."""
 
-import importlib
-import importlib.util
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -19,6 +17,7 @@ from pydrake.solvers import (
 )
 
 from a2s_drake.arrays import FloatArray
+from a2s_drake.packages import is_installed, require
 from a2s_drake.quadratic_form import QuadraticForm
 
 _ID = SolverId("PIQP")
@@ -62,10 +61,7 @@ class PiqpSolver(SolverInterface):
 
     def available(self) -> bool:
         """Whether the package piqp is installed."""
-        try:
-            return importlib.util.find_spec("piqp") is not None
-        except ValueError:  # what an import blocked in sys.modules looks like
-            return False
+        return is_installed("piqp")
 
     def enabled(self) -> bool:
         """Always: PIQP needs no license."""
@@ -171,8 +167,4 @@ def require_piqp() -> Any:
     Raises:
       ModuleNotFoundError: that says what to install.
     """
-    try:
-        return importlib.import_module("piqp")
-    except ModuleNotFoundError as error:
-        message = "PiqpSolver needs the package piqp: pip install piqp"
-        raise ModuleNotFoundError(message) from error
+    return require("piqp", "PiqpSolver needs the package piqp: pip install piqp")

@@ -2,7 +2,6 @@
 
 import json
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 from tqdm import tqdm
@@ -13,6 +12,7 @@ from a2s_drake.benchmark.report import benchmark_text
 from a2s_drake.benchmark.suite import Benchmark
 from a2s_drake.figures import save_figure
 from a2s_drake.files import written_whole
+from a2s_drake.packages import is_installed
 from diagrams import build_closed_loop
 from scripts import common
 
@@ -30,7 +30,7 @@ def main(argv: list[str] | None = None) -> int:
         folder = arguments.out or Path("results/benchmark")
         if arguments.peers_every < 1:
             raise common.UsageError(f"--peers-every {arguments.peers_every}: must be at least 1")
-        peers = not arguments.no_peers and find_spec("casadi") is not None
+        peers = not arguments.no_peers and is_installed("casadi")
         scenario = common.resolve_scenario(arguments, [])
         benchmark = Benchmark(scenario, build_closed_loop, arguments.peers_every if peers else 0)
         benchmark.check()

@@ -139,9 +139,9 @@ class Counting:
 def test_contestants_take_turns_and_some_sit_out() -> None:
     log: list[tuple[str, int]] = []
     duts = {name: Counting(name, log) for name in ("a", "b")}
-    timings = time_interleaved(range(6), duts, {"b": np.array([0, 4])})
+    timings = time_interleaved(range(6), duts, {"b": np.array([0, 4])}, turn=2)
     assert log[:2] == [("a", 0), ("b", 0)]  # untimed
-    assert log[2:] == [("a", 0), ("b", 0), ("a", 1), ("a", 2), ("a", 3), ("a", 4), ("b", 4), ("a", 5)]
+    assert log[2:] == [("a", 0), ("a", 1), ("b", 0), ("a", 2), ("a", 3), ("a", 4), ("a", 5), ("b", 4)]
     assert timings["b"].total.tolist() == [0.0, 4.0]
     assert timings["a"].at(timings["b"].places).total.tolist() == [0.0, 4.0]
     assert (timings["a"].failures, timings["b"].failures) == (1, 1)

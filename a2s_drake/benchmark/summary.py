@@ -5,7 +5,6 @@ import resource
 import sys
 from collections.abc import Mapping
 from importlib.metadata import version
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from a2s_drake.benchmark.growth import Growth
 from a2s_drake.benchmark.timing import Timing, statistics_ms
 from a2s_drake.flight import Flight
 from a2s_drake.metrics import compute_metrics
+from a2s_drake.packages import is_installed
 from a2s_drake.parameters import Airframe
 
 
@@ -96,7 +96,7 @@ def summarise(
     airframe = flight.scenario.airframe
     own, plain = (timing_summary(timings[name], exact, airframe) for name in ("own", "plain"))
     own["accuracy_percent"] = own.pop("deviation_percent")
-    packages = [name for name in ("a2s_drake", "drake", "piqp", "numpy", "scipy", "casadi") if find_spec(name)]
+    packages = [name for name in ("a2s_drake", "drake", "piqp", "numpy", "scipy", "casadi") if is_installed(name)]
     return {
         "flight": flight_summary(flight),
         **own,

@@ -14,8 +14,6 @@ from a2s_drake.benchmark.contestants import Contestant, Run
 
 Problem = TypeVar("Problem")
 
-_TURN = 20
-
 
 @dataclass(frozen=True)
 class Timing:
@@ -68,12 +66,11 @@ def time_interleaved(
     contestants: Mapping[str, Contestant[Problem]],
     places: Mapping[str, NDArray[np.intp]] | None = None,
     progress: Callable[[int], Any] | None = None,
+    turn: int = 20,
 ) -> dict[str, Timing]:
     """Times contestants, who take turns at every few problems.
 
-    Each first solves its first problem once untimed, so that no set-up is timed. Turns are of `_TURN` problems: short
-    enough that the machine is as busy for one as for the next, long enough that nobody finds the processor's caches
-    always full of the others' work, which in flight there is none of.
+    Each first solves its first problem once untimed, so that no set-up is timed.
 
     Args:
       places: which problems a contestant is given; all, where it is not named.
@@ -85,12 +82,12 @@ def time_interleaved(
     for name, contestant in contestants.items():
         contestant.run(problems[chosen[name][0]])
     with _quiet_collector():
-        for first in range(0, len(problems), _TURN):
-            turn = range(first, min(first + _TURN, len(problems)))
+        for first in range(0, len(problems), turn):
+            now = range(first, min(first + turn, len(problems)))
             for name, contestant in contestants.items():
-                runs[name] += [contestant.run(problems[k]) for k in turn if k in due[name]]
+                runs[name] += [contestant.run(problems[k]) for k in now if k in due[name]]
             if progress is not None:
-                progress(len(turn))
+                progress(len(now))
     return {name: _collect(chosen[name], mine) for name, mine in runs.items()}
 
 

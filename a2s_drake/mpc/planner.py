@@ -19,11 +19,9 @@ from a2s_drake.rotations import rotation_matrix
 # the horizon, which solvers answer with anything from an error message to a crash.
 _SOLVABLE_SHARE = 100.0
 
-
 # Targets further away than this many times what the vehicle can cover within the horizon are drawn nearer. The way is
 # the same, but their pull would drown the solver's tolerance, and outweigh the penalties of a softened program.
 _REACH = 10.0
-
 
 # A measured state further than this from the one that the last plan foresaw (m, rad of rotation, m/s, rad/s) surprises:
 # in one period of 20 ms it would take 25 g, or a blow that turns the vehicle by 500 rad/s^2.
