@@ -104,16 +104,22 @@ class InputDelay(LeafSystem):
         LeafSystem.__init__(self)
         self._command = self.DeclareVectorInputPort("rotor_speed_command", 6)
         # Oldest first; the oldest is in force.
-        self._waiting = self.DeclareDiscreteState(np.tile(at_rest, delay_periods))
+        self._empty = np.tile(at_rest, delay_periods)
+        self._waiting = self.DeclareDiscreteState(self._empty)
         self.DeclareVectorOutputPort(
             "rotor_speed_squared", 6, self._calc_rotor_speed_squared, {self.discrete_state_ticket(self._waiting)}
         )
         # Not by an offset of one period: times n T_s + T_s differ by rounding from the controller's (n + 1) T_s.
         self._started = self.DeclareDiscreteState(1)
+        self.DeclareInitializationDiscreteUpdateEvent(self._update_from_rest)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update_waiting)
 
     def _calc_rotor_speed_squared(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_discrete_state(self._waiting).value()[:6])
+
+    def _update_from_rest(self, _context: Context, discrete_state: DiscreteValues) -> None:
+        discrete_state.set_value(self._waiting, self._empty)
+        discrete_state.set_value(self._started, [0.0])
 
     def _update_waiting(self, context: Context, discrete_state: DiscreteValues) -> None:
         if not context.get_discrete_state(self._started).value()[0]:

@@ -1,5 +1,6 @@
 """PIQP behind Drake's SolverInterface: convex quadratic programs, with a workspace kept between solves."""
 
+import weakref
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -29,12 +30,15 @@ class PiqpSolver(SolverInterface):
     Its multistage backend factors the KKT system block by block along the variables, so its time is linear in the
     horizon of a control problem whose decision variables are created in the order of time.
 
-    One workspace is kept per program. New linear costs, bounds, and coefficients within the sparsity of linear
-    constraints are taken over in place; any other change to a program is noticed, and has its workspace set up anew.
+    One workspace is kept per program. With the option `preconditioner_iter` at 0, new linear costs, bounds, and
+    coefficients within the sparsity of linear constraints are taken over in place; other changes to a program are
+    noticed, and have its workspace set up anew. (One is not: a binding removed, and its evaluator bound to other
+    variables.) A preconditioner would carry over from one set of numbers to the next, so with it each solve is set up.
     Every solve starts cold: an answer depends on the program alone, not on what was solved before, and the initial
     guess is ignored.
 
-    Options, under the solver's id, are the fields of PIQP's `Settings`.
+    Options, the call's before the program's, are the fields of PIQP's `Settings` under the solver's id; Drake's common
+    options have no effect.
 
     Drake lets a Python solver write neither its id nor costs nor details into a result: `get_solver_id()` there says
     Clarabel, `get_optimal_cost()` is NaN, and the iterations are read from this object.
@@ -44,6 +48,7 @@ class PiqpSolver(SolverInterface):
         SolverInterface.__init__(self)
         self._workspaces: WeakKeyDictionary[MathematicalProgram, _Workspace] = WeakKeyDictionary()
         self._iterations = 0
+        self._last: tuple[MathematicalProgramResult, weakref.ref[MathematicalProgram], FloatArray] | None = None
 
     @property
     def iterations(self) -> int:
@@ -92,21 +97,29 @@ class PiqpSolver(SolverInterface):
         """
         if reason := self.ExplainUnsatisfiedProgramAttributes(prog):
             raise ValueError(reason)
-        options = {} if solver_options is None else solver_options.options.get(_ID.name(), {})
-        workspace = self._workspaces.get(prog)
+        given = (prog.solver_options(), solver_options or SolverOptions())
+        options = {name: value for source in given for name, value in source.options.get(_ID.name(), {}).items()}
+        workspace = self._workspaces.pop(prog, None)
         if workspace is None or not workspace.take_over(prog, options):
-            workspace = self._workspaces[prog] = _Workspace(prog, options)
+            workspace = _Workspace(prog, options)
         outcome, values = workspace.solve()
         self._iterations = workspace.iterations
-        if outcome != SolutionResult.kSolutionFound:
-            del self._workspaces[prog]  # Iterates that are not finite would linger in it.
+        if outcome == SolutionResult.kSolutionFound:  # Else iterates that are not finite might linger in it.
+            self._workspaces[prog] = workspace
         answer = MathematicalProgramResult() if result is None else result
-        if answer is not workspace.bound:
+        if not self._is_bound(answer, prog):
             _bind(answer, prog)
-            workspace.bound = answer
         answer.set_x_val(values)
+        self._last = (answer, weakref.ref(prog), values)
         answer.set_solution_result(outcome)
         return answer
+
+    def _is_bound(self, result: MathematicalProgramResult, prog: MathematicalProgram) -> bool:
+        """Whether a result is known to speak of a program's variables: the last one of ours, still as we left it."""
+        if self._last is None:
+            return False
+        mine, solved, values = self._last
+        return mine is result and solved() is prog and np.array_equal(result.get_x_val(), values)
 
 
 class _Workspace:
@@ -114,7 +127,6 @@ class _Workspace:
 
     def __init__(self, prog: MathematicalProgram, options: dict[str, Any]) -> None:
         self._piqp = require_piqp()
-        self.bound: MathematicalProgramResult | None = None  # the last result that was told of the program's variables
         self._form, self._options = QuadraticForm(prog), dict(options)
         self._solver = self._piqp.SparseSolver()
         settings = {"kkt_solver": self._piqp.KKTSolver.sparse_multistage} | self._options
@@ -128,7 +140,7 @@ class _Workspace:
     def take_over(self, prog: MathematicalProgram, options: dict[str, Any]) -> bool:
         """Updates the numbers in place; False when that is not enough."""
         form = self._form
-        if options != self._options or not form.refresh(prog):
+        if options != self._options or options.get("preconditioner_iter") != 0 or not form.refresh(prog):
             return False
         constraints = {"G": form.G, "h_l": form.h_l, "h_u": form.h_u} if form.G.nnz else {}
         self._solver.update(c=form.c, A=form.A, b=form.b, x_l=form.x_l, x_u=form.x_u, **constraints)

@@ -62,8 +62,8 @@ class QuadraticForm:
         self._box_bounds = bounds
         self.x_l, self.x_u = np.full(self._num_vars, -np.inf), np.full(self._num_vars, np.inf)
         for (_, indices), lower, upper in zip(self._boxes, bounds[::2], bounds[1::2], strict=True):
-            self.x_l[indices] = np.maximum(self.x_l[indices], lower)
-            self.x_u[indices] = np.minimum(self.x_u[indices], upper)
+            np.maximum.at(self.x_l, indices, lower)  # One box may name a variable twice.
+            np.minimum.at(self.x_u, indices, upper)
 
 
 def _indices(prog: MathematicalProgram, binding: Binding) -> Any:

@@ -12,6 +12,7 @@ import numpy as np
 from a2s_drake.campaign import fly_each
 from a2s_drake.flight import Flight, array_names
 from a2s_drake.metrics import write_metrics
+from a2s_drake.packages import is_installed
 from a2s_drake.scenario import Scenario
 
 # Modules of this package that look at flights or decide which to fly; no number in a flight hangs on them.
@@ -43,7 +44,9 @@ class FlightStore:
         """A store in a folder, which is made where it is missing, for flights of the code with some digest."""
         folder.mkdir(parents=True, exist_ok=True)
         self._folder = folder
-        self._maker = " ".join([code, *(f"{name} {version(name)}" for name in ("drake", "numpy", "piqp"))])
+        libraries = {"drake": "pydrake", "numpy": "numpy", "piqp": "piqp"}
+        versions = [f"{name} {version(name)}" for name, module in libraries.items() if is_installed(module)]
+        self._maker = " ".join([code, *versions])
 
     def place(self, scenario: Scenario) -> Path:
         """Where a scenario's flight is or will be kept."""

@@ -16,7 +16,8 @@ def build_closed_loop(scenario: Scenario | None = None, planner: Planner | None 
     """The mission of a scenario (Table I by default), the vehicle at rest and level where the path begins.
 
     Noise on the measured state and delay of the commands stand in it only where the scenario asks for them;
-    `rotor_speed_squared` is what reaches the rotors. A planner of one's own may stand in for the scenario's.
+    `rotor_speed_squared` is the command that reaches the rotors. A planner of one's own may stand in for the
+    scenario's.
 
     ```
     +-------------+

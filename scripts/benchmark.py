@@ -23,16 +23,14 @@ def main(argv: list[str] | None = None) -> int:
     common.add_scenario_arguments(parser, default="paper_calibrated", out="results/benchmark")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the numbers there as well")
     parser.add_argument("--no-peers", action="store_true", help="leave out other solvers, even where casadi is there")
-    help_text = "peers solve every K-th problem (default: %(default)s)"
-    parser.add_argument("--peers-every", type=int, default=20, metavar="K", help=help_text)
+    parser.add_argument("--peers-every", type=int, default=20, metavar="K", help="peers solve every K-th problem (20)")
     try:
         arguments = parser.parse_args(argv)
         folder = arguments.out or Path("results/benchmark")
         if arguments.peers_every < 1:
             raise common.UsageError(f"--peers-every {arguments.peers_every}: must be at least 1")
-        peers = not arguments.no_peers and is_installed("casadi")
-        scenario = common.resolve_scenario(arguments, [])
-        benchmark = Benchmark(scenario, build_closed_loop, arguments.peers_every if peers else 0)
+        peers = 0 if arguments.no_peers or not is_installed("casadi") else arguments.peers_every
+        benchmark = Benchmark(common.resolve_scenario(arguments, []), build_closed_loop, peers)
         benchmark.check()
         if arguments.json is not None:
             common.check_file(arguments.json, "--json")
@@ -43,6 +41,8 @@ def main(argv: list[str] | None = None) -> int:
     try:
         summary, growths = benchmark.run(lambda name, n: tqdm(total=n, desc=name, leave=False, disable=None).update)
     except (FlightEnded, KeyboardInterrupt) as ended:
+        if isinstance(ended, FlightEnded):
+            common.write_results(ended.flight, folder / "ended")
         print(f"error: {str(ended) or 'interrupted'}", file=sys.stderr)
         return 130 if isinstance(ended, FlightInterrupted | KeyboardInterrupt) else 1
     print(benchmark_text(summary))

@@ -122,7 +122,11 @@ def make_folder(folder: Path) -> None:
 
 
 def check_file(path: Path, option: str) -> None:
-    """Raises UsageError, which names the option, unless a file can be written where a path says."""
+    """Makes the folder of a file; raises UsageError, which names the option, unless it can be written there."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"{option} {path}: its folder cannot be made: {error.strerror}") from error
     if path.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):
         raise UsageError(f"{option} {path}: cannot be written")
 
@@ -145,18 +149,22 @@ def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> di
     Raises:
       CampaignEnded: on an interrupt, on a flight that ends early, or when a worker or the disk fails.
     """
-    code = code_digest(*(Path(module.__file__).parent for module in (a2s_drake, diagrams)))
+    digest = code_digest(*(Path(module.__file__).parent for module in (a2s_drake, diagrams)))
     kept = f"flights done are kept in {folder}"
     try:
         with warnings.catch_warnings(), worker_processes(jobs) as workers:
             warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
             warnings.simplefilter("always")
-            done = fly_kept(planned, fly_quietly, FlightStore(folder, code), workers)
+            done = fly_kept(planned, fly_quietly, FlightStore(folder, digest), workers)
             return dict(tqdm(done, total=len(planned), unit="flight", disable=None))
     except KeyboardInterrupt:
         raise CampaignEnded(f"interrupted; {kept}", 130) from None
-    except (FlightEnded, OSError, BrokenProcessPool) as failure:
-        raise CampaignEnded(f"{failure}; {kept}", 130 if isinstance(failure, FlightInterrupted) else 1) from failure
+    except FlightEnded as ended:
+        write_results(ended.flight, folder / "ended")
+        code = 130 if isinstance(ended, FlightInterrupted) else 1
+        raise CampaignEnded(f"{ended}; its samples are in {folder / 'ended'}, {kept}", code) from ended
+    except (OSError, BrokenProcessPool) as failure:
+        raise CampaignEnded(f"{failure}; {kept}", 1) from failure
 
 
 def check_jobs(jobs: int) -> None:

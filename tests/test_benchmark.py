@@ -208,7 +208,8 @@ def test_script_writes_the_numbers(tmp_path: Path, capsys) -> None:
         (["papper"], "no scenario named 'papper'"),
         (["--peers-every", "0"], "--peers-every 0: must be at least 1"),
         (["--set", "mpc.solver=ipopt"], "mpc.solver = ipopt"),
-        (["--json", "nowhere/numbers.json"], "--json nowhere/numbers.json: cannot be written"),
+        (["--json", "pyproject.toml/a.json"], "--json pyproject.toml/a.json: its folder cannot be made"),
+        (["--json", "scripts"], "--json scripts: cannot be written"),
         (["--fast"], "--fast"),
     ],
 )

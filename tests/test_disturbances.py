@@ -101,6 +101,8 @@ def test_commands_arrive_late(periods: int) -> None:
         command.FixValue(context, np.full(6, k + 1.0))  # decided at t_k, in place of what came before
     # What was decided at t_k - d is in force from t_k on: decision k is the value k + 1.
     assert seen == [7.0] * periods + [float(k + 1) for k in range(8 - periods)]
+    simulator.Initialize()
+    assert dut.GetOutputPort("rotor_speed_squared").Eval(context)[0] == 7.0  # from rest again
 
 
 def test_a_late_command_is_the_one_of_the_period_before(scenario: Scenario) -> None:

@@ -11,21 +11,19 @@ from a2s_drake.mpc.planner import Decision, Fallback
 class RecordingPlanner:
     """Decides whatever it is told, and remembers what it was asked."""
 
-    def __init__(self, fallback: Fallback = Fallback.NONE, *foreseen: bool) -> None:
-        """A decision is foreseen as the list says, and once that is used up always."""
-        self.fallback, self.foreseen = fallback, list(foreseen)
+    def __init__(self, fallback: Fallback = Fallback.NONE) -> None:
+        self.fallback = fallback
         self.asked: list[tuple[np.ndarray, Reference, Plan | None]] = []
-        self.trusted: list[bool] = []
+        self.before: list[np.ndarray] = []
 
     def hover_plan(self, x0: np.ndarray) -> Plan:
         return Plan(np.tile(x0, (31, 1)), np.full((30, 6), 3800.0))
 
-    def decide(self, x0: np.ndarray, reference: Reference, previous: Plan | None, *, trusted: bool = False) -> Decision:
+    def decide(self, x0: np.ndarray, reference: Reference, previous: Plan | None, before: np.ndarray) -> Decision:
         self.asked.append((x0, reference, previous))
-        self.trusted.append(trusted)
+        self.before.append(before.copy())
         count = len(self.asked)
-        plan = Plan(np.full((31, 12), count), np.full((30, 6), 4000.0 + count))
-        return Decision(plan, self.fallback, count, 10.0, self.foreseen.pop(0) if self.foreseen else True)
+        return Decision(Plan(np.full((31, 12), count), np.full((30, 6), 4000.0 + count)), self.fallback, count, 10.0)
 
 
 def simulate(dut: MpcController, state: np.ndarray | None = None) -> Simulator:
@@ -151,16 +149,12 @@ def test_rotor_speeds_depend_on_no_input_directly(scenario: Scenario) -> None:
     assert not MpcController(scenario.airframe, scenario.mpc, RecordingPlanner()).HasAnyDirectFeedthrough()
 
 
-def test_a_plan_is_trusted_once_a_state_was_foreseen(scenario: Scenario) -> None:
-    planner = RecordingPlanner(Fallback.NONE, False, True, False, False, True)
-    simulator = simulate(MpcController(scenario.airframe, scenario.mpc, planner))
-    simulator.AdvanceTo(0.11)
-    # The first plan has none before it to doubt it; after that, each stands or falls by what was foreseen before.
-    assert planner.trusted[1:] == [True, True, False, False, True]
-
-
-def test_a_shifted_plan_is_trusted_as_it_was(scenario: Scenario) -> None:
-    planner = RecordingPlanner(Fallback.SHIFTED_PLAN, False, False, False)
-    simulator = simulate(MpcController(scenario.airframe, scenario.mpc, planner))
-    simulator.AdvanceTo(0.05)
-    assert planner.trusted[1:] == [True, True]
+def test_each_decision_gets_the_measurement_before_it(scenario: Scenario) -> None:
+    planner = RecordingPlanner()
+    dut = MpcController(scenario.airframe, scenario.mpc, planner)
+    simulator = simulate(dut, state=np.full(12, 1.0))
+    for k, measured in enumerate((2.0, np.nan, 4.0)):
+        simulator.AdvanceTo(0.02 * k + 0.01)
+        dut.GetInputPort("vehicle_state").FixValue(simulator.get_mutable_context(), np.full(12, measured))
+    simulator.AdvanceTo(0.07)
+    np.testing.assert_array_equal([before[0] for before in planner.before], [np.nan, 1.0, 2.0, np.nan])

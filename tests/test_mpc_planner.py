@@ -108,38 +108,49 @@ def test_a_previous_plan_that_is_no_number_is_neither_flown_nor_built_upon(broke
 FAR = np.repeat(np.eye(4), 3, axis=1) * np.repeat([1.1, 0.55, 5.5, 11.0], 3)  # m, rad, m/s, rad/s, a group at a time
 
 
+@pytest.mark.parametrize("before", [None, np.full(12, np.nan), np.zeros(12)], ids=["first", "lost", "elsewhere"])
 @pytest.mark.parametrize("surprise", FAR)
-def test_a_surprising_state_does_not_sway_a_trusted_plan(surprise: np.ndarray, scenario: Scenario) -> None:
+def test_a_surprise_out_of_nowhere_does_not_sway_the_plan(surprise, before, scenario: Scenario) -> None:
     dut, solver = planner(scenario)
-    decision = dut.decide(surprise, AT_REST, some_plan(), trusted=True)
+    decision = dut.decide(surprise, AT_REST, some_plan(), before)
     assert solver.calls == []
-    assert (decision.fallback, decision.foreseen) == (Fallback.SHIFTED_PLAN, False)
+    assert decision.fallback is Fallback.SHIFTED_PLAN
 
 
 @pytest.mark.parametrize("surprise", FAR)
-def test_a_surprising_state_overthrows_any_other_plan(surprise: np.ndarray, scenario: Scenario) -> None:
+def test_a_surprise_that_follows_from_the_measurement_before_is_believed(surprise, scenario: Scenario) -> None:
     dut, solver = planner(scenario, *10 * [some_plan()])
-    decision = dut.decide(surprise, AT_REST, some_plan(), trusted=False)
-    assert (decision.fallback, decision.foreseen) == (Fallback.NONE, False)
+    x0 = dut.model.step(surprise, some_plan().input[0], scenario.mpc.period)
+    assert dut.decide(x0, AT_REST, some_plan(), surprise).fallback is Fallback.NONE
     # A cold start: around hover from where the vehicle is, and again around its own answer.
-    np.testing.assert_array_equal(solver.asked[0][2].state, dut.hover_plan(surprise).state)
+    np.testing.assert_array_equal(solver.asked[0][2].state, dut.hover_plan(x0).state)
     assert len(solver.calls) > 1
+
+
+@pytest.mark.parametrize("lie", [FAR[1], FAR[2], FAR[3]], ids=["turned", "moving", "turning"])
+def test_a_measurement_that_stands_still_against_the_dynamics_is_not_believed(lie, scenario: Scenario) -> None:
+    # Turned, it would fall sideways; moving, it would be elsewhere by now; turning, it would be turned.
+    dut, solver = planner(scenario)
+    hover = dut.hover_plan(np.zeros(12))
+    assert dut.decide(lie, AT_REST, hover, lie).fallback is Fallback.SHIFTED_PLAN
+    assert solver.calls == []
 
 
 def test_a_state_near_the_foreseen_one_is_no_surprise(scenario: Scenario) -> None:
     dut, solver = planner(scenario, some_plan())
-    decision = dut.decide(0.4 * FAR.sum(axis=0), AT_REST, some_plan(), trusted=True)
-    assert (decision.fallback, decision.foreseen, solver.calls) == (Fallback.NONE, True, [False])
+    decision = dut.decide(0.4 * FAR.sum(axis=0), AT_REST, some_plan())
+    assert (decision.fallback, solver.calls) == (Fallback.NONE, [False])
 
 
-def test_a_jump_of_euler_angles_alone_is_no_surprise(scenario: Scenario) -> None:
-    dut, _ = planner(scenario, some_plan())
+def test_a_jump_of_euler_angles_alone_is_no_surprise_but_no_guess_either(scenario: Scenario) -> None:
+    dut, solver = planner(scenario, *10 * [some_plan()])
     plan = some_plan()
     plan.state[:, 3:6] = [0.1, 1.5, 0.2]
     # Pitch beyond 90 deg by the same little that it was short of it: 8 deg of rotation, and angles that jump by pi.
     state = np.zeros(12)
     state[3:6] = [0.1 - np.pi, 1.5, 0.2 + np.pi]
-    assert dut.decide(state, AT_REST, plan, trusted=True).foreseen
+    assert dut.decide(state, AT_REST, plan).fallback is Fallback.NONE
+    np.testing.assert_array_equal(solver.asked[0][2].state, dut.hover_plan(solver.asked[0][0]).state)
 
 
 def test_targets_out_of_reach_are_drawn_nearer(scenario: Scenario) -> None:

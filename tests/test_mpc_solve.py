@@ -193,3 +193,9 @@ def test_softened_bounds_give_up_no_attitude_and_no_speed_for_position(qp_scenar
     _, upper = state_bounds(qp_scenario.mpc)
     assert (np.abs(plan.state[1:, 3:]) <= upper[3:] + 1e-3).all()
     assert plan.state[-1, 0] < 14.9
+
+
+def test_overflowing_dynamics_are_refused_before_they_reach_drake(scenario: Scenario) -> None:
+    dut = LinearizedProgram(model_of(scenario), scenario.airframe, scenario.mpc)
+    with np.errstate(all="ignore"), pytest.raises(FloatingPointError, match="cannot be linearised about this plan"):
+        dut.linearize(Plan(np.full((31, 12), 1e200), np.full((30, 6), 4e3)))

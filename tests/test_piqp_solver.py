@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolutionResult, SolverOptions
+from pydrake.solvers import (
+    ClarabelSolver,
+    MathematicalProgram,
+    MathematicalProgramResult,
+    SolutionResult,
+    SolverOptions,
+)
 
 from a2s_drake.piqp_solver import PiqpSolver
 
@@ -64,18 +70,23 @@ def test_changes_to_a_program_reach_its_workspace() -> None:
     assert np.abs(reshaped.get_x_val() - moved.get_x_val()).max() > 1e-3
 
 
-def test_an_answer_does_not_hang_on_what_was_solved_before() -> None:
+@pytest.mark.parametrize("preconditioned", [False, True])
+def test_an_answer_does_not_hang_on_what_was_solved_before(preconditioned: bool) -> None:
+    options = SolverOptions()
+    if not preconditioned:
+        options.SetOption(PiqpSolver.id(), "preconditioner_iter", 0)
     prog, _ = feasible_program(5)
-    fresh = PiqpSolver().Solve(prog).get_x_val()
+    fresh = PiqpSolver().Solve(prog, None, options).get_x_val()
     dut = PiqpSolver()
-    cost = prog.linear_costs()[0].evaluator()
-    original = cost.a()
-    cost.UpdateCoefficients([100.0, 100.0])
-    dut.Solve(prog)
-    cost.UpdateCoefficients([np.nan, 0.0])
-    assert not dut.Solve(prog).is_success()
-    cost.UpdateCoefficients(original)
-    np.testing.assert_array_equal(dut.Solve(prog).get_x_val(), fresh)
+    cost, rows = prog.linear_costs()[0].evaluator(), prog.linear_constraints()[0].evaluator()
+    slope, matrix, lower, upper = cost.a(), rows.GetDenseA(), rows.lower_bound(), rows.upper_bound()
+    for other in (100.0, np.nan, -3.0):
+        cost.UpdateCoefficients([other, 1.0])
+        rows.UpdateCoefficients(7.0 * matrix, 7.0 * lower, 7.0 * upper)
+        assert dut.Solve(prog, None, options).is_success() == np.isfinite(other)
+    cost.UpdateCoefficients(slope)
+    rows.UpdateCoefficients(matrix, lower, upper)
+    np.testing.assert_array_equal(dut.Solve(prog, None, options).get_x_val(), fresh)
 
 
 def test_infeasible_program_has_no_solution() -> None:
@@ -102,6 +113,28 @@ def test_a_result_passed_in_is_filled() -> None:
     prog.linear_costs()[0].evaluator().UpdateCoefficients([3.0, 3.0])
     assert PiqpSolver().Solve(prog, None, None, result) is result
     assert np.abs(result.GetSolution(x) - before).max() > 1e-3
+
+
+def test_a_result_may_go_from_program_to_program() -> None:
+    (one, x), (other, y) = feasible_program(7), feasible_program(8)
+    dut, result = PiqpSolver(), MathematicalProgramResult()
+    expected = [PiqpSolver().Solve(prog).get_x_val() for prog in (one, other)]
+    for prog, variables, values in ((one, x, expected[0]), (other, y, expected[1]), (one, x, expected[0])):
+        dut.Solve(prog, None, None, result)
+        np.testing.assert_array_equal(result.GetSolution(variables), values)
+    ClarabelSolver().Solve(other, None, None, result)
+    dut.Solve(one, None, None, result)
+    np.testing.assert_array_equal(result.GetSolution(x), expected[0])
+
+
+def test_options_of_the_program_count_and_those_of_the_call_count_more() -> None:
+    prog, _ = feasible_program(2)
+    prog.SetSolverOption(PiqpSolver.id(), "max_iter", 1)
+    dut = PiqpSolver()
+    assert dut.Solve(prog).get_solution_result() == SolutionResult.kIterationLimit
+    options = SolverOptions()
+    options.SetOption(PiqpSolver.id(), "max_iter", 100)
+    assert dut.Solve(prog, None, options).is_success()
 
 
 def test_programs_of_other_kinds_are_refused() -> None:

@@ -58,9 +58,10 @@ def test_boxes_on_one_variable_intersect(rng: np.random.Generator) -> None:
     prog, x = program(rng)
     prog.AddBoundingBoxConstraint(-1.0, 2.0, x[:3])
     prog.AddBoundingBoxConstraint(0.0, 5.0, x[2:4])
+    prog.AddBoundingBoxConstraint([-2.0, -3.0], [9.0, 9.0], x[[4, 4]])
     dut = QuadraticForm(prog)
-    np.testing.assert_array_equal(dut.x_l, [-1.0, -1.0, 0.0, 0.0, -np.inf, -np.inf])
-    np.testing.assert_array_equal(dut.x_u, [2.0, 2.0, 2.0, 5.0, np.inf, np.inf])
+    np.testing.assert_array_equal(dut.x_l, [-1.0, -1.0, 0.0, 0.0, -2.0, -np.inf])
+    np.testing.assert_array_equal(dut.x_u, [2.0, 2.0, 2.0, 5.0, 9.0, np.inf])
 
 
 def test_new_numbers_are_taken_over(rng: np.random.Generator) -> None:

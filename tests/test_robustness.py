@@ -59,7 +59,9 @@ def test_mission_holds_under_each_disturbance_as_the_readme_says(disturbance: st
     }
     table = robustness_table({name: pair[name.rsplit(", ", 1)[1]] for name in planned})
     numbers = [float(text) for text in re.findall(r"[-+]?\d+\.?\d*", table.splitlines()[2].split(" | ", 1)[1])]
-    np.testing.assert_allclose(numbers, rows_of_readme()[disturbance], atol=0.1001)
+    # bit/Hz, %, cm and cm to one digit, degrees to two, and no failure: the last digit may round the other way.
+    off = np.abs(np.subtract(numbers, rows_of_readme()[disturbance]))
+    assert (off <= [0.101, 0.101, 0.101, 0.101, 0.0101, 0.0101, 0.0101, 0.0]).all()
     for flight in pair.values():
         assert flight.solver_success.all()
         assert np.linalg.norm(flight.position - flight.position_reference, axis=1).max() < 0.15

@@ -1,7 +1,5 @@
 """The MPC as a sampled Drake block."""
 
-from typing import Any
-
 import numpy as np
 from pydrake.common.containers import namedview
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
@@ -15,9 +13,9 @@ from a2s_drake.parameters import Airframe, Mpc
 # of the plan, and the `Fallback` in force.
 SolverStatus = namedview("SolverStatus", ["success", "iterations", "objective", "fallback"])
 
-# What the clock state holds: the time of the last decision; how many samples in a row the plan was only shifted (at the
-# horizon's length there is nothing left of it); and whether it rests on a state that the plan before it had foreseen.
-_Clock = namedview("_Clock", ["time", "shifts", "trusted"])
+# What the clock state holds: the time of the last decision, and how many samples in a row the plan was only shifted;
+# at the horizon's length there is nothing left of it.
+_Clock = namedview("_Clock", ["time", "shifts"])
 _NEVER = -np.inf
 
 
@@ -57,7 +55,8 @@ class MpcController(LeafSystem):
         self._states = self.DeclareDiscreteState(rest.state.ravel())
         self._inputs = self.DeclareDiscreteState(rest.input.ravel())
         self._status = self.DeclareDiscreteState(SolverStatus([0.0, 0.0, 0.0, Fallback.HOVER])[:])
-        self._clock = self.DeclareDiscreteState(_Clock([_NEVER, 0.0, 1.0])[:])
+        self._clock = self.DeclareDiscreteState(_Clock([_NEVER, 0.0])[:])
+        self._measured = self.DeclareDiscreteState(np.full(NUM_STATES, np.nan))  # by the last decision
 
         self.DeclareVectorOutputPort(
             "rotor_speed_squared",
@@ -75,7 +74,7 @@ class MpcController(LeafSystem):
         output.SetFromVector(context.get_discrete_state(self._inputs).value()[:NUM_INPUTS])
 
     def _update_from_cold(self, context: Context, discrete_state: DiscreteValues) -> None:
-        self._decide(context, None, _Clock([_NEVER, 0.0, 1.0]), discrete_state)
+        self._decide(context, None, 0, discrete_state)
 
     def _update_plan(self, context: Context, discrete_state: DiscreteValues) -> None:
         clock = _Clock(context.get_discrete_state(self._clock).value())
@@ -85,27 +84,26 @@ class MpcController(LeafSystem):
             return
         started = clock.time != _NEVER and clock.shifts < self._horizon
         previous = self._plan(context) if started else None
-        self._decide(context, previous, clock, discrete_state)
+        self._decide(context, previous, int(clock.shifts), discrete_state)
 
     def _plan(self, context: Context) -> Plan:
         states = context.get_discrete_state(self._states).value()
         inputs = context.get_discrete_state(self._inputs).value()
         return Plan(states.reshape(-1, NUM_STATES).copy(), inputs.reshape(-1, NUM_INPUTS).copy())
 
-    def _decide(self, context: Context, previous: Plan | None, clock: Any, discrete_state: DiscreteValues) -> None:
+    def _decide(self, context: Context, previous: Plan | None, shifts: int, discrete_state: DiscreteValues) -> None:
         reference = Reference(
             self._position_preview.Eval(context).reshape(-1, 3), self._attitude_preview.Eval(context).reshape(-1, 3)
         )
-        state, trusted = self._vehicle_state.Eval(context), bool(clock.trusted)
-        decision = self._planner.decide(state, reference, previous, trusted=trusted)
-        # Hover is no plan to go on with: as after a plan shifted to its end, the next decision starts afresh.
-        shifts = {Fallback.SHIFTED_PLAN: clock.shifts + 1, Fallback.HOVER: self._horizon}.get(decision.fallback, 0)
-        # The very first plan has none before it to doubt it. A shifted one is as good as it was.
-        first = clock.time == _NEVER
-        trusted = first or decision.foreseen or (trusted and decision.fallback is Fallback.SHIFTED_PLAN)
-        self._store(decision, _Clock([context.get_time(), shifts, float(trusted)]), discrete_state)
+        state = self._vehicle_state.Eval(context)
+        before = context.get_discrete_state(self._measured).value()
+        decision = self._planner.decide(state, reference, previous, before)
+        discrete_state.set_value(self._measured, state)
+        self._store(decision, context.get_time(), shifts, discrete_state)
 
-    def _store(self, decision: Decision, clock: Any, discrete_state: DiscreteValues) -> None:
+    def _store(self, decision: Decision, time: float, shifts: int, discrete_state: DiscreteValues) -> None:
+        # Hover is no plan to go on with: as after a plan shifted to its end, the next decision starts afresh.
+        shifts = {Fallback.SHIFTED_PLAN: shifts + 1, Fallback.HOVER: self._horizon}.get(decision.fallback, 0)
         status = SolverStatus(np.zeros(4))
         status.success = float(decision.fallback is Fallback.NONE)
         status.iterations = decision.iterations
@@ -114,4 +112,4 @@ class MpcController(LeafSystem):
         discrete_state.set_value(self._states, decision.plan.state.ravel())
         discrete_state.set_value(self._inputs, decision.plan.input.ravel())
         discrete_state.set_value(self._status, status[:])
-        discrete_state.set_value(self._clock, clock[:])
+        discrete_state.set_value(self._clock, _Clock([time, shifts])[:])

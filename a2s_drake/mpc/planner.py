@@ -27,6 +27,10 @@ _REACH = 10.0
 # in one period of 20 ms it would take 25 g, or a blow that turns the vehicle by 500 rad/s^2.
 _SURPRISE = np.array([1.0, 0.5, 5.0, 10.0])
 
+# A surprise is believed when it is no further than this from where the measurement before it leads in one period. The
+# dynamics betray most lies of a sensor at once: a vehicle truly upside down would fall, one truly turning would turn.
+_FOLLOWS = np.array([0.1, 0.1, 0.1, 0.5])
+
 # Euler rates grow without limit towards a pitch of +-90 deg. Closer to it than this, rad, the pitch is taken to be this
 # far off.
 _OFF_SINGULARITY = 0.05
@@ -50,14 +54,12 @@ class Decision:
       fallback: NONE when the problem as posed was solved.
       iterations: of the solver, over all attempts.
       objective: the tracking cost J of the plan, finite; 0 where the reference is not.
-      foreseen: whether the measured state is about the one that the previous plan foresaw.
     """
 
     plan: Plan
     fallback: Fallback
     iterations: int
     objective: float
-    foreseen: bool
 
 
 class Planner:
@@ -79,43 +81,56 @@ class Planner:
         """Hover thrust held from a state (12,)."""
         return hold(x0, self._hover, self._mpc.horizon, self.model, self._mpc.period)
 
-    def decide(self, x0: FloatArray, reference: Reference, previous: Plan | None, *, trusted: bool = False) -> Decision:
+    def decide(
+        self, x0: FloatArray, reference: Reference, previous: Plan | None, before: FloatArray | None = None
+    ) -> Decision:
         """One sample's decision.
+
+        A measured state far from what the previous plan foresaw is taken for a fault of the sensor, and that plan goes
+        on, until it is used up; unless the measurement follows from the one before it, as after a blow to the vehicle.
 
         Args:
           x0: measured state, shape (12,).
           reference: targets from now on.
           previous: the plan of one period ago; None for a cold start, which then iterates to convergence. A caller
             passes None as well once a plan has been shifted to its end.
-          trusted: whether that plan rests on a foreseen state. A measurement that surprises is then taken for a fault
-            of the sensor, and the plan goes on; otherwise it is believed, and the plan dropped.
+          before: the state measured one period ago, shape (12,); None where there was none.
         """
         # States that are finite but absurd overflow on the way; what comes out is checked, so no warning is due.
         with np.errstate(over="ignore", invalid="ignore"):
-            return self._decide(x0, reference, previous, trusted)
+            return self._decide(x0, reference, previous, before)
 
-    def _decide(self, x0: FloatArray, reference: Reference, previous: Plan | None, trusted: bool) -> Decision:
+    def _decide(
+        self, x0: FloatArray, reference: Reference, previous: Plan | None, before: FloatArray | None
+    ) -> Decision:
         iterations = 0
-        foreseen = previous is not None and _foreseen(x0, previous.state[1])
+        foreseen = previous is not None and _near(x0, previous.state[1], _SURPRISE)
         usable = (np.abs(x0) <= self._solvable).all() and reference.is_finite()  # False for NaN
-        if usable and (foreseen or previous is None or not trusted):
+        if usable and (foreseen or previous is None or self._follows(x0, before, previous)):
             guess = previous.shifted() if previous is not None and foreseen else None
             for fallback, solution in self._attempts(_in_chart(x0), reference, guess):
                 iterations += solution.iterations
                 if solution.plan is not None and solution.plan.is_finite():
-                    return self._decision(solution.plan, fallback, iterations, reference, foreseen=foreseen)
+                    return self._decision(solution.plan, fallback, iterations, reference)
         if previous is not None:
             shifted = previous.shifted(self.model.step(previous.state[-1], previous.input[-1], self._mpc.period))
             if shifted.is_finite():
-                return self._decision(shifted, Fallback.SHIFTED_PLAN, iterations, reference, foreseen=foreseen)
-        hover = self.hover_plan(_finite_start(x0))
-        return self._decision(hover, Fallback.HOVER, iterations, reference, foreseen=foreseen)
+                return self._decision(shifted, Fallback.SHIFTED_PLAN, iterations, reference)
+        return self._decision(self.hover_plan(_finite_start(x0)), Fallback.HOVER, iterations, reference)
+
+    def _follows(self, x0: FloatArray, before: FloatArray | None, previous: Plan) -> bool:
+        """Whether a measured state is where the one before it leads under the input applied since."""
+        if before is None:
+            return False
+        return _near(x0, self.model.step(before, previous.input[0], self._mpc.period), _FOLLOWS)
 
     def _attempts(
         self, x0: FloatArray, reference: Reference, guess: Plan | None
     ) -> Iterator[tuple[Fallback, Solution]]:
         """Ways to solve the problem, best first; who has found one that works asks for no more."""
         target = reference.within(self._reach, x0)
+        if guess is not None and np.abs(x0[ATTITUDE] - guess.state[0, ATTITUDE]).max() > 1.0:
+            guess = None  # It tells of the same attitudes by other Euler angles.
         start = guess or self.hover_plan(x0)
         yield Fallback.NONE, self._attempt(x0, target, start, cold=guess is None, soft=False)
         yield Fallback.SOFTENED, self._attempt(x0, target, start, cold=False, soft=True)
@@ -130,21 +145,19 @@ class Planner:
         except (Exception, SystemExit):  # noqa: BLE001 - a solver of any make may raise anything; the vehicle must fly
             return Solution(None, 0)  # SystemExit is what pydrake makes of a failed assertion in C++.
 
-    def _decision(
-        self, plan: Plan, fallback: Fallback, iterations: int, reference: Reference, *, foreseen: bool
-    ) -> Decision:
+    def _decision(self, plan: Plan, fallback: Fallback, iterations: int, reference: Reference) -> Decision:
         plan = Plan(plan.state, np.clip(plan.input, *self._input_bounds))
         objective = tracking_cost(plan, reference, self._mpc) if reference.is_finite() else 0.0
-        return Decision(plan, fallback, iterations, float(np.nan_to_num(objective)), foreseen)
+        return Decision(plan, fallback, iterations, float(np.nan_to_num(objective)))
 
 
-def _foreseen(x0: FloatArray, expected: FloatArray) -> bool:
-    """Whether a measured state (12,) is about the expected one."""
+def _near(x0: FloatArray, expected: FloatArray, limits: FloatArray) -> bool:
+    """Whether a state (12,) is within limits (m, rad of rotation, m/s, rad/s) of the expected one."""
     position, angle, velocity, rate = np.abs(x0 - expected).reshape(4, 3).max(axis=-1)
-    if 2.0 * angle > _SURPRISE[1]:  # Rarely. Euler angles may jump where nothing does, so rotations are compared.
+    if 2.0 * angle > limits[1]:  # Rarely. Euler angles may jump where nothing does, so rotations are compared.
         R_XM = rotation_matrix(expected[ATTITUDE]).T @ rotation_matrix(x0[ATTITUDE])
         angle = np.arccos(np.clip(0.5 * (np.trace(R_XM) - 1.0), -1.0, 1.0))
-    return bool((np.array([position, angle, velocity, rate]) <= _SURPRISE).all())  # False for NaN
+    return bool((np.array([position, angle, velocity, rate]) <= limits).all())  # False for NaN
 
 
 def _in_chart(x0: FloatArray) -> FloatArray:
