@@ -40,8 +40,8 @@ class PiqpSolver(SolverInterface):
     Options, the call's before the program's, are the fields of PIQP's `Settings` under the solver's id; Drake's common
     options have no effect.
 
-    Drake lets a Python solver write neither its id nor costs nor details into a result: `get_solver_id()` there says
-    Clarabel, `get_optimal_cost()` is NaN, and the iterations are read from this object.
+    Drake lets a Python solver write neither its id nor costs, details and dual solutions into a result:
+    `get_solver_id()` there says Clarabel, `get_optimal_cost()` is NaN, and the iterations are read from this object.
     """
 
     def __init__(self) -> None:
@@ -133,7 +133,10 @@ class _Workspace:
         for name, value in settings.items():
             if not hasattr(self._solver.settings, name):
                 raise ValueError(f"PIQP has no option {name!r}")
-            setattr(self._solver.settings, name, value)
+            try:
+                setattr(self._solver.settings, name, value)
+            except TypeError as error:
+                raise ValueError(f"PIQP's option {name!r} cannot be {value!r}") from error
         form = self._form
         self._solver.setup(form.P, form.c, form.A, form.b, form.G, form.h_l, form.h_u, form.x_l, form.x_u)
 

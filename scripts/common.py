@@ -52,6 +52,12 @@ def run(main: Callable[[], int]) -> NoReturn:
         # The reader of our output has left; what there was to write to disk is written.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0
+    if code == 130:
+        # Not by sys.exit, which waits for the thread that hears from the workers: one that was ended while it handed its
+        # result over would have it wait for ever.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
     sys.exit(code)
 
 
@@ -99,6 +105,12 @@ def refuse_law(arguments: argparse.Namespace) -> None:
     """Raises UsageError where `--set` names a law for a script that flies several."""
     if any(text.startswith("attitude_law.name=") for text in arguments.set):
         raise UsageError("--set attitude_law.name: this script chooses the laws; scripts/simulate.py flies one")
+
+
+def refuse_disturbance(arguments: argparse.Namespace) -> None:
+    """Raises UsageError where `--set` disturbs a script that flies disturbances of its own."""
+    if any(text.startswith("disturbance.") for text in arguments.set):
+        raise UsageError("--set disturbance: this script chooses the disturbances; scripts/simulate.py flies one's own")
 
 
 def default_folder(arguments: argparse.Namespace) -> Path:

@@ -16,6 +16,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         arguments = parser.parse_args(argv)
         common.refuse_law(arguments)
+        common.refuse_disturbance(arguments)
         common.check_jobs(arguments.jobs)
         scenarios = robustness_scenarios(common.resolve_scenario(arguments, []))
         out = arguments.out or Path("results/robustness")
@@ -32,6 +33,7 @@ def main(argv: list[str] | None = None) -> int:
     table = robustness_table(flights)
     (out / "robustness.md").write_text(table + "\n", encoding="utf-8")
     print(table)
+    print(f"\nrobustness.md and the flights are in {out}")
     return 0
 
 

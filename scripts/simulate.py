@@ -10,7 +10,7 @@ from scripts import common
 def main(argv: list[str] | None = None) -> int:
     """Returns 0; 2 for input that cannot be flown; 1 for a flight that ended early; 130 for an interrupted one."""
     parser = common.Parser(description=__doc__)
-    common.add_scenario_arguments(parser, default="paper")
+    common.add_scenario_arguments(parser, default="paper", out="results/SCENARIO/LAW")
     parser.add_argument("--law", choices=LAWS, help="the attitude law; wins over --set attitude_law.name=...")
     try:
         arguments = parser.parse_args(argv)
@@ -32,7 +32,7 @@ def main(argv: list[str] | None = None) -> int:
     print(
         f"{metrics['law']}: {metrics['throughput_bit_per_hz']:.3f} bit/Hz over {flight.time[-1]:.2f} s, "
         f"position error at most {100 * metrics['position_error_max_m']:.1f} cm, "
-        f"{metrics['solver']['failures']} solver failures, {metrics['real_time_factor']:.1f} times real time"
+        f"{metrics['solver']['failures']} solver failures, {metrics['real_time_factor']:.2g} times real time"
     )
     print(f"written to {folder}")
     return 0

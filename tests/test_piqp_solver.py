@@ -153,6 +153,13 @@ def test_unknown_option_is_named() -> None:
         PiqpSolver().Solve(feasible_program(0)[0], None, options)
 
 
+def test_option_of_the_wrong_kind_is_named() -> None:
+    options = SolverOptions()
+    options.SetOption(PiqpSolver.id(), "eps_abs", "tight")
+    with pytest.raises(ValueError, match="PIQP's option 'eps_abs' cannot be 'tight'"):
+        PiqpSolver().Solve(feasible_program(0)[0], None, options)
+
+
 def test_missing_package_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "piqp", None)
     assert not PiqpSolver().available()

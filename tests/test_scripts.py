@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario
+from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, run_flight
 from a2s_drake.flight import array_names
-from scripts import common, compare, reproduce, simulate
+from a2s_drake.robustness import DISTURBANCES
+from diagrams import build_link_only
+from scripts import common, compare, reproduce, robustness, simulate
 from tests.flights import made_up_flight
 from tests.test_reproduction import made_up
 
@@ -227,3 +229,36 @@ def test_an_interrupted_reproduction_keeps_its_flights(
 @pytest.mark.parametrize("script", ["simulate", "compare", "reproduce"])
 def test_scripts_stay_short(script: str) -> None:
     assert len(Path(f"scripts/{script}.py").read_text().splitlines()) <= 60
+
+
+def test_robustness_prints_the_table_and_says_where_it_is(tmp_path: Path, monkeypatch, capsys) -> None:
+    flown: list[str] = []
+
+    def fly(scenario: Scenario, _place: int) -> Flight:
+        flown.append(scenario.to_yaml())
+        return run_flight(build_link_only(scenario), scenario)
+
+    monkeypatch.setattr(common, "fly_quietly", fly)
+    monkeypatch.setattr(common, "worker_processes", ThreadPoolExecutor)
+    assert robustness.main(["--duration", "0.1", "--jobs", "1", "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert (tmp_path / "robustness.md").read_text() in printed + "\n"
+    assert f"are in {tmp_path}" in printed
+    assert len(flown) == 2 * len(DISTURBANCES)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["--set", "attitude_law.name=level"], "this script chooses the laws"),
+        (["--set", "disturbance.mass_factor=2"], "this script chooses the disturbances"),
+        (["--jobs", "0"], "--jobs 0: must be at least 1"),
+        (["papper"], "no scenario named"),
+    ],
+)
+def test_robustness_refuses_in_one_line(arguments: list[str], reason: str, tmp_path: Path, capsys) -> None:
+    assert robustness.main([*arguments, "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert reason in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
