@@ -3,8 +3,9 @@
 import argparse
 import os
 import sys
+import threading
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import NoReturn
@@ -52,13 +53,19 @@ def run(main: Callable[[], int]) -> NoReturn:
         # The reader of our output has left; what there was to write to disk is written.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0
-    if code == 130:
-        # Not by sys.exit, which waits for the thread that hears from the workers: one that was ended while it handed its
-        # result over would have it wait for ever.
+    if code == 130 and _are_stuck(thread for thread in threading.enumerate() if not thread.daemon):
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)
     sys.exit(code)
+
+
+def _are_stuck(threads: Iterable[threading.Thread]) -> bool:
+    """Whether other threads do not end. One that hears from a worker which was ended in mid-sentence waits for ever."""
+    others = [thread for thread in threads if thread is not threading.current_thread()]
+    for thread in others:
+        thread.join(2.0)
+    return any(thread.is_alive() for thread in others)
 
 
 def add_scenario_arguments(parser: argparse.ArgumentParser, default: str, out: str = "results/SCENARIO") -> None:
