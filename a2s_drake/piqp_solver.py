@@ -126,10 +126,16 @@ class _Workspace:
     """PIQP set up for one program under one set of options."""
 
     def __init__(self, prog: MathematicalProgram, options: dict[str, Any]) -> None:
-        self._piqp = require_piqp()
+        piqp = require_piqp()
+        self._outcomes = {
+            piqp.PIQP_SOLVED: SolutionResult.kSolutionFound,
+            piqp.PIQP_MAX_ITER_REACHED: SolutionResult.kIterationLimit,
+            piqp.PIQP_PRIMAL_INFEASIBLE: SolutionResult.kInfeasibleConstraints,
+            piqp.PIQP_DUAL_INFEASIBLE: SolutionResult.kDualInfeasible,
+        }
         self._form, self._options = QuadraticForm(prog), dict(options)
-        self._solver = self._piqp.SparseSolver()
-        settings = {"kkt_solver": self._piqp.KKTSolver.sparse_multistage} | self._options
+        self._solver = piqp.SparseSolver()
+        settings = {"kkt_solver": piqp.KKTSolver.sparse_multistage} | self._options
         for name, value in settings.items():
             if not hasattr(self._solver.settings, name):
                 raise ValueError(f"PIQP has no option {name!r}")
@@ -150,15 +156,8 @@ class _Workspace:
         return True
 
     def solve(self) -> tuple[SolutionResult, FloatArray]:
-        piqp = self._piqp
-        results = {
-            piqp.PIQP_SOLVED: SolutionResult.kSolutionFound,
-            piqp.PIQP_MAX_ITER_REACHED: SolutionResult.kIterationLimit,
-            piqp.PIQP_PRIMAL_INFEASIBLE: SolutionResult.kInfeasibleConstraints,
-            piqp.PIQP_DUAL_INFEASIBLE: SolutionResult.kDualInfeasible,
-        }
         status = self._solver.solve()
-        return results.get(status, SolutionResult.kSolverSpecificError), self._solver.result.x
+        return self._outcomes.get(status, SolutionResult.kSolverSpecificError), self._solver.result.x
 
     @property
     def iterations(self) -> int:

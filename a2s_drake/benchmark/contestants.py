@@ -127,7 +127,7 @@ class Conic:
 
     def run(self, problem: TrackingProblem) -> Run:
         """See `Contestant.run`."""
-        self._program.linearize(Plan(np.vstack([problem.x0, problem.guess.state[1:]]), problem.guess.input))
+        self._program.linearize(problem.guess.starting_at(problem.x0))
         self._program.aim(problem.reference)
         if self._form is None or self._peer is None:
             # Set up here, untimed, since a form wants numbers to find its sparsity by.

@@ -14,10 +14,10 @@ from a2s_drake.benchmark.record import TrackingProblem, record
 from a2s_drake.benchmark.timing import time_interleaved
 from a2s_drake.figures.style import column_figure, legend_above, styled
 from a2s_drake.mpc.planner import Planner
+from a2s_drake.mpc.solve import QP_SOLVERS
 from a2s_drake.scenario import Scenario
 
 HORIZONS = (10, 20, 30, 60, 120)
-SOLVERS = ("piqp", "osqp")
 _DURATION = 1.0  # s
 
 _STYLES: dict[str, dict[str, Any]] = {
@@ -82,7 +82,7 @@ class _AtHorizon:
 def measure_growth(
     scenarios: Mapping[int, Scenario], build: Callable[[Scenario, Planner], Diagram]
 ) -> dict[str, Growth]:
-    """Growth of each of `SOLVERS` over `growth_scenarios`, all horizons and solvers by turns.
+    """Growth of each of `QP_SOLVERS` over `growth_scenarios`, all horizons and solvers by turns.
 
     Args:
       build: see `record`.
@@ -92,12 +92,12 @@ def measure_growth(
     count = min(map(len, recorded.values()))
     samples = [{n: problems[k] for n, problems in recorded.items()} for k in range(count)]
     contestants = {
-        f"{solver} {n}": _AtHorizon(scenario, solver) for n, scenario in scenarios.items() for solver in SOLVERS
+        f"{solver} {n}": _AtHorizon(scenario, solver) for n, scenario in scenarios.items() for solver in QP_SOLVERS
     }
     timings = time_interleaved(samples, contestants)
     horizons = tuple(scenarios)
     grown = {}
-    for solver in SOLVERS:
+    for solver in QP_SOLVERS:
         mine = [timings[f"{solver} {n}"] for n in horizons]
         medians = np.array([1e3 * np.median(timing.total) for timing in mine])
         grown[solver] = fit_growth(horizons, medians, np.array([np.median(timing.iterations) for timing in mine]))

@@ -37,6 +37,10 @@ class Plan:
         """Whether every number is one."""
         return bool(np.isfinite(self.state).all() and np.isfinite(self.input).all())
 
+    def starting_at(self, x0: FloatArray) -> "Plan":
+        """The same plan, but from a measured state (12,)."""
+        return Plan(np.vstack([x0, self.state[1:]]), self.input)
+
     def shifted(self, end: FloatArray | None = None) -> "Plan":
         """The same plan one period later, its last input held for one more period.
 

@@ -131,7 +131,7 @@ class RealTimeIteration:
         """See `TrackingSolver.solve`."""
         program = self._programs[soft]
         # The first stage is expanded about the measured state itself, so its prediction is exact.
-        around = Plan(np.vstack([x0, guess.state[1:]]), guess.input)
+        around = guess.starting_at(x0)
         program.linearize(around)
         program.aim(reference)
         answer = self._qp.solve(program.prog, program.guess(around), soft=soft)
