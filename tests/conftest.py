@@ -7,6 +7,9 @@ from hypothesis import settings
 from a2s_drake import Flight, Scenario, run_flight
 from a2s_drake.paths import ship_position, uav_position
 from diagrams import build_closed_loop, load_scenario
+from tests.browser import browser, open_page
+
+__all__ = ["browser", "open_page"]
 
 # The same examples on every machine and every run.
 settings.register_profile("reproducible", derandomize=True, deadline=None)
