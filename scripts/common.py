@@ -72,10 +72,15 @@ def add_scenario_arguments(parser: argparse.ArgumentParser, default: str, out: s
     """Adds `[SCENARIO] [--set section.field=value ...] [--duration S] [--out DIR]`."""
     help_text = "a name in diagrams/scenarios.yaml or a YAML file (default: %(default)s)"
     parser.add_argument("scenario", nargs="?", default=default, metavar="SCENARIO", help=help_text)
-    help_text = "change fields of the scenario, e.g. --set mpc.horizon=20 mission.radius=2"
-    parser.add_argument("--set", nargs="+", action="extend", default=[], metavar="a.b=value", help=help_text)
+    add_set_argument(parser)
     parser.add_argument("--duration", type=float, metavar="S", help="length of the flight, s (default: the mission's)")
     add_out_argument(parser, out)
+
+
+def add_set_argument(parser: argparse.ArgumentParser) -> None:
+    """Adds `[--set section.field=value ...]`."""
+    help_text = "change fields of the scenario, e.g. --set mpc.horizon=20 mission.radius=2"
+    parser.add_argument("--set", nargs="+", action="extend", default=[], metavar="a.b=value", help=help_text)
 
 
 def add_out_argument(parser: argparse.ArgumentParser, default: str) -> None:

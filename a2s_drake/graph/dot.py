@@ -1,0 +1,157 @@
+"""A diagram in Graphviz' language, and the SVG that Graphviz makes of it."""
+
+import html
+import json
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+
+from a2s_drake.graph.model import Block, Port, PortId, connected, full_name, through_wires
+from a2s_drake.packages import is_installed
+
+_FILL = {"a2s_drake": "#d7e8f7", "drake": "#e9e9e9", "diagram": "#fbe9c6"}
+_FILL_OF_OTHERS = "#dff0d8"
+
+# Read by a Python process of its own: the libraries of the wheel write warnings about fonts past Python's stderr.
+_BY_WHEEL = """
+import json, pygraphviz, sys
+pictures = [pygraphviz.AGraph(string=text).draw(format="svg", prog="dot").decode() for text in json.load(sys.stdin)]
+json.dump(pictures, sys.stdout)
+"""
+
+_STYLE = """<style>
+.wire:hover path { stroke: #c0392b; stroke-width: 3; }
+.wire:hover polygon { stroke: #c0392b; fill: #c0392b; }
+</style>"""
+
+
+class GraphvizMissing(RuntimeError):
+    """Neither the `dot` program nor pygraphviz, whose wheels bring Graphviz along, is installed."""
+
+
+def as_dot(whole: Block) -> str:
+    """The diagram for Graphviz, left to right: blocks as tables of their wired ports, open diagrams as boxes.
+
+    Block i of `whole.walk()` has the id `block-i`, wire i of `through_wires(whole)` the id `wire-i`.
+    """
+    chains = through_wires(whole)
+    used = connected(whole)
+    ids = {block.path: f"block-{i}" for i, block in enumerate(whole.walk())}
+    ports = {port.id: port for block in whole.walk() for port in block.ports}
+    lines = [
+        f"digraph {_quote(whole.name)} {{",
+        '  graph [rankdir=LR, ranksep=0.9, nodesep=0.35, fontname="Helvetica", fontsize=12]',
+        '  node [shape=plain, fontname="Helvetica", fontsize=10]',
+        '  edge [color="#44546a", arrowsize=0.6, penwidth=1.2]',
+    ]
+    if not whole.is_open:
+        lines += [f"  {line}" for line in _table(whole, whole.ports, ids)]
+    else:
+        lines += [f"  {line}" for block in whole.blocks for line in _box(block, used, ids)]
+        lines += _border(whole, "inputs", whole.inputs) + _border(whole, "outputs", whole.outputs)
+    order = list(ids)
+    for i, chain in enumerate(chains):
+        names = " -> ".join(full_name(whole, port) for port in chain)
+        tooltip = f"{ports[chain[0]].label}\n{names}"
+        # Blocks stand in the order in which they were added, so wires that lead back do not decide on places.
+        ends = [order.index(port.path) for port in (chain[0], chain[-1])]
+        back = ", constraint=false" if chain[-1].path and ends[0] >= ends[1] else ""
+        lines.append(
+            f"  {_end(chain[0], ids, 'e')} -> {_end(chain[-1], ids, 'w')} "
+            f'[id="wire-{i}", class=wire, tooltip={_quote(tooltip)}{back}]'
+        )
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def as_svg(whole: Block) -> str:
+    """The picture, with a tooltip on every wire.
+
+    Raises:
+      GraphvizMissing: when there is nothing to lay it out.
+    """
+    return draw([as_dot(whole)])[0]
+
+
+def draw(texts: Sequence[str]) -> list[str]:
+    """SVG documents of graphs in Graphviz' language, by the `dot` program where there is one, else by pygraphviz.
+
+    Raises:
+      GraphvizMissing: when there is neither.
+    """
+    program = shutil.which("dot")
+    if program is not None:
+        drawn = _run([program, "-Tsvg"], "\n".join(texts))
+        pictures = ["<?xml" + part for part in drawn.split("<?xml")[1:]]
+    else:
+        if not is_installed("pygraphviz"):
+            raise GraphvizMissing(
+                "SVG and HTML need Graphviz: its program `dot`, or pygraphviz (`pip install 'a2s_drake[graph]'`)"
+            )
+        pictures = json.loads(_run([sys.executable, "-c", _BY_WHEEL], json.dumps(list(texts))))
+    return [re.sub(r"(<svg\b[^>]*>)", lambda match: match[1] + _STYLE, picture, count=1) for picture in pictures]
+
+
+def _run(command: list[str], text: str) -> str:
+    done = subprocess.run(command, input=text, capture_output=True, text=True, encoding="utf-8", check=False)
+    if done.returncode:
+        raise RuntimeError(f"Graphviz could not draw the diagram: {done.stderr.strip()}")
+    return done.stdout
+
+
+def _box(block: Block, used: set[PortId], ids: dict[str, str]) -> list[str]:
+    if not block.is_open:
+        return _table(block, tuple(port for port in block.ports if port.id in used), ids)
+    label = f"<<B>{html.escape(block.name)}</B>>"
+    style = f'style="rounded,filled"; fillcolor="{_FILL["diagram"]}80"; color="#c9a227"'
+    inner = [f"  {line}" for child in block.blocks for line in _box(child, used, ids)]
+    own = f'"cluster {ids[block.path]}"'
+    return [f"subgraph {own} {{", f'  id="{ids[block.path]}"; class=diagram; label={label}; {style}', *inner, "}"]
+
+
+def _table(block: Block, ports: tuple[Port, ...], ids: dict[str, str]) -> list[str]:
+    """A block: its name over its ports, inputs left, outputs right."""
+    fill = _FILL.get("diagram" if block.is_diagram else block.origin, _FILL_OF_OTHERS)
+    inputs = [port for port in ports if port.id.side == "in"]
+    outputs = [port for port in ports if port.id.side == "out"]
+    head = f'<B>{html.escape(block.name)}</B><BR/><FONT POINT-SIZE="9">{html.escape(block.kind)}</FONT>'
+    rows = [f'<TR><TD COLSPAN="2" BGCOLOR="{fill}" CELLPADDING="5">{head}</TD></TR>']
+    columns = [(side, align) for side, align in ((inputs, "LEFT"), (outputs, "RIGHT")) if side]
+    count = max(len(inputs), len(outputs))
+    rows += [f"<TR>{''.join(_cell(side, i, align) for side, align in columns)}</TR>" for i in range(count)]
+    label = f'<TABLE BORDER="0" CELLBORDER="1" CELLSPACING="0" COLOR="#8895a7" BGCOLOR="white">{"".join(rows)}</TABLE>'
+    kind = "closed" if block.is_diagram else "block"
+    own = ids[block.path]
+    return [f'"{own}" [id="{own}", class={kind}, tooltip={_quote(f"{block.path}: {block.kind}")}, label=<{label}>]']
+
+
+def _cell(ports: Sequence[Port], i: int, align: str) -> str:
+    if i >= len(ports):
+        return '<TD BORDER="0"></TD>'
+    port = ports[i]
+    size = f'<FONT COLOR="#7a7a7a" POINT-SIZE="8"> {port.size_text}</FONT>'
+    name = html.escape(port.id.name)
+    return f'<TD PORT="{port.id.side} {name}" ALIGN="{align}" CELLPADDING="3">{name}{size}</TD>'
+
+
+def _border(whole: Block, name: str, ports: tuple[Port, ...]) -> list[str]:
+    """The diagram's own inputs or outputs, at the left or right margin."""
+    if not ports:
+        return []
+    rows = "".join(f"<TR>{_cell([port], 0, 'LEFT')}</TR>" for port in ports)
+    head = f'<TR><TD BORDER="0"><I>{name}</I></TD></TR>'
+    label = f'<TABLE BORDER="0" CELLBORDER="1" CELLSPACING="0" COLOR="#c3c9d1">{head}{rows}</TABLE>'
+    rank = "source" if name == "inputs" else "sink"
+    tooltip = _quote(f"{name} of {whole.name}")
+    return [f'  {{rank={rank}; "{name}" [id="{name}", class=border, tooltip={tooltip}, label=<{label}>]}}']
+
+
+def _end(port: PortId, ids: dict[str, str], compass: str) -> str:
+    node = ids[port.path] if port.path else f"{port.side}puts"
+    return f"{_quote(node)}:{_quote(f'{port.side} {port.name}')}:{compass}"
+
+
+def _quote(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return f'"{escaped}"'

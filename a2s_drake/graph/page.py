@@ -1,0 +1,105 @@
+"""A diagram as one self-contained page: sub-diagrams fold, wires and blocks tell of themselves under the pointer."""
+
+import html
+import json
+from importlib.resources import files
+from itertools import product
+from typing import Any
+
+from a2s_drake.graph.dot import as_dot, draw
+from a2s_drake.graph.model import Block, PortId, close, connected, full_name, through_wires
+
+MAX_PICTURES = 64
+
+
+def as_html(whole: Block) -> str:
+    """The page. It holds a picture of every way to fold the open sub-diagrams, and a table of all ports.
+
+    Of diagrams with more than `MAX_PICTURES` ways it holds those that fold whole levels at once.
+
+    Raises:
+      GraphvizMissing: when there is nothing to lay the pictures out.
+    """
+    ways = foldings(whole)
+    folded = [close(whole, closed) for closed in ways]
+    drawings = draw([as_dot(block) for block in folded])
+    pictures = [
+        {"closed": sorted(closed), "svg": svg[svg.index("<svg") :], **_facts(block)}
+        for closed, block, svg in zip(ways, folded, drawings, strict=True)
+    ]
+    data = {"diagrams": [block.path for block in _diagrams(whole)], "pictures": pictures}
+    # In a script element only "</" could be taken for its end.
+    text = json.dumps(data, ensure_ascii=False).replace("</", "<\\/")
+    page = files("a2s_drake.graph").joinpath("page.html").read_text(encoding="utf-8")
+    for mark, part in (("@TITLE@", html.escape(whole.name)), ("@TABLES@", _table(whole)), ("@DATA@", text)):
+        page = page.replace(mark, part)
+    return page
+
+
+def foldings(whole: Block, limit: int = MAX_PICTURES) -> list[frozenset[str]]:
+    """The ways to fold a diagram, each the paths of the closed sub-diagrams; first the one with all of them open.
+
+    When there are more than `limit`, only those that close all sub-diagrams of a level.
+    """
+    if _count(whole) <= limit:
+        return _ways(whole)
+    levels = sorted({block.path.count("/") for block in _diagrams(whole)}, reverse=True)
+    by_level = [frozenset(b.path for b in _diagrams(whole) if b.path.count("/") == level) for level in levels]
+    return [frozenset(), *by_level]
+
+
+def _count(block: Block) -> int:
+    count = 1
+    for child in block.blocks:
+        if child.is_open:
+            count *= 1 + _count(child)
+    return count
+
+
+def _ways(block: Block) -> list[frozenset[str]]:
+    choices = [[*_ways(child), frozenset([child.path])] for child in block.blocks if child.is_open]
+    return [frozenset[str]().union(*choice) for choice in product(*choices)]
+
+
+def _diagrams(whole: Block) -> list[Block]:
+    """The open sub-diagrams."""
+    return [block for block in whole.walk() if block.is_open and block.path]
+
+
+def _facts(whole: Block) -> dict[str, Any]:
+    """What the page tells of the blocks and wires of one picture, in the order of their numbers in it."""
+    ports = {port.id: port for block in whole.walk() for port in block.ports}
+    number = {block.path: i for i, block in enumerate(whole.walk())}
+    blocks = [
+        {
+            "path": block.path,
+            "facts": [["block", block.path or whole.name], ["class", f"{block.kind} ({block.origin})"]],
+        }
+        for block in whole.walk()
+    ]
+
+    def end(port: PortId) -> int | str:
+        return number[port.path] if port.path or not whole.is_open else f"{port.side}puts"
+
+    wires = []
+    for chain in through_wires(whole):
+        port = ports[chain[0]]
+        facts = [["wire", port.id.name], ["size", port.size_text], ["unit", port.unit or "-"]]
+        facts += [["from", full_name(whole, chain[0])], ["to", full_name(whole, chain[-1])]]
+        facts += [["through", full_name(whole, border)] for border in chain[1:-1]]
+        wires.append({"ends": [end(chain[0]), end(chain[-1])], "facts": facts})
+    return {"blocks": blocks, "wires": wires}
+
+
+def _table(whole: Block) -> str:
+    used = connected(whole)
+    rows = ["<table><thead><tr><th>port<th>side<th>size<th>unit<th>wired</tr></thead>"]
+    for block in whole.walk():
+        head = f"{html.escape(block.path or whole.name)} <small>{html.escape(block.kind)}</small>"
+        rows.append(f'<tbody><tr><th scope="rowgroup" colspan="5">{head}</th></tr>')
+        for port in block.ports:
+            wired = "yes" if port.id in used else "no"
+            cells = f"<td>{html.escape(port.id.name)}<td>{port.id.side}<td class=size>{port.size_text}"
+            rows.append(f"<tr>{cells}<td>{html.escape(port.unit)}<td>{wired}</tr>")
+        rows.append("</tbody>")
+    return "\n".join([*rows, "</table>"])

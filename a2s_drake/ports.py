@@ -1,0 +1,26 @@
+"""What the signals between blocks are measured in, by the names of their ports."""
+
+_STATE = "m, rad, m/s, rad/s"
+
+PORT_UNITS: dict[str, str] = {
+    "position_reference": "m",
+    "position_preview": "m",
+    "ship_position": "m",
+    "ship_preview": "m",
+    "attitude_reference": "rad",
+    "attitude_preview": "rad",
+    "vehicle_state": _STATE,
+    "measured_state": _STATE,
+    "predicted_state": _STATE,
+    "rotor_speed_squared": "Hz^2",
+    "rotor_speed_command": "Hz^2",
+    "solver_status": "1",
+    "channel_gain": "1",
+    "snr_db": "dB",
+    "spectral_efficiency": "bit/s/Hz",
+    "phase_difference": "rad",
+    "plant_state": "1, m, rad/s, m/s",
+    "body_poses": "m",
+    "spatial_forces": "N m, N",
+}
+"""Name to unit, for the ports of this library's blocks; the parts of a mixed signal in the order that they stand."""

@@ -1,0 +1,432 @@
+import json
+import re
+import shutil
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPortIndex, OutputPortIndex
+from pydrake.systems.primitives import ConstantVectorSource, Gain, PassThrough
+
+from a2s_drake.graph import FORMATS, GraphvizMissing, as_dot, as_html, as_mermaid, as_svg, as_text, dot, read_graph
+from a2s_drake.graph.model import Block, close, connected, full_name, through_wires
+from a2s_drake.graph.page import foldings
+from diagrams import BUILDERS, load_scenario
+from scripts import show_diagram
+
+DISTURBED = ["disturbance.gust_force=[0,3,0]", "disturbance.rotor_efficiency=[0.9,1,1,1,1,1]"]
+DISTURBED += ["disturbance.input_delay_periods=1", "disturbance.position_noise=0.01"]
+
+
+def build(name: str, *overrides: str) -> Diagram:
+    return BUILDERS[name](load_scenario("paper").with_overrides(overrides).validate())
+
+
+def nest(depth: int, name: str = "nest") -> Diagram:
+    """Pass-throughs in diagrams in diagrams, each level with a block of its own behind the inner one."""
+    builder = DiagramBuilder()
+    first = builder.AddNamedSystem("inner", nest(depth - 1, "inner") if depth else PassThrough(2))
+    last = builder.AddNamedSystem("double", Gain(2.0, 2))
+    builder.Connect(first.get_output_port(0), last.get_input_port())
+    builder.ExportInput(first.get_input_port(0), "level")
+    builder.ExportOutput(last.get_output_port(), "level")
+    diagram = builder.Build()
+    diagram.set_name(name)
+    return diagram
+
+
+@pytest.fixture(params=BUILDERS)
+def diagram(request: pytest.FixtureRequest) -> Diagram:
+    return build(request.param)
+
+
+# --- Reading -----------------------------------------------------------------------------------------------------
+
+
+def systems_within(diagram: Diagram, prefix: str = "") -> dict[str, object]:
+    found = {}
+    for system in diagram.GetSystems():
+        found[prefix + system.get_name()] = system
+        if isinstance(system, Diagram):
+            found |= systems_within(system, f"{prefix}{system.get_name()}/")
+    return found
+
+
+@pytest.mark.parametrize("overrides", [[], DISTURBED])
+@pytest.mark.parametrize("name", BUILDERS)
+def test_wires_are_those_that_drake_calls_connected(name: str, overrides: list[str]) -> None:
+    diagram = build(name, *overrides)
+    dut = read_graph(diagram)
+    for path, owner in {"": diagram, **systems_within(diagram)}.items():
+        if not isinstance(owner, Diagram):
+            continue
+        expected = set()
+        for source, target in product(owner.GetSystems(), repeat=2):
+            for output, entry in product(range(source.num_output_ports()), range(target.num_input_ports())):
+                ports = source.get_output_port(output), target.get_input_port(entry)
+                if owner.AreConnected(*ports):
+                    ends = zip((source, target), ports, strict=True)
+                    expected.add(tuple(f"{system.get_name()}.{port.get_name()}" for system, port in ends))
+        block = next(block for block in dut.walk() if block.path == path)
+        inner = [wire for wire in block.wires if path not in (wire.source.path, wire.target.path)]
+        found = {(full_name(dut, w.source), full_name(dut, w.target)) for w in inner}
+        prefix = f"{path}/" if path else ""
+        assert found == {(prefix + source, prefix + target) for source, target in expected}
+        assert len(inner) == len(found)
+
+
+def test_exported_ports_are_wired_to_what_they_export(diagram: Diagram) -> None:
+    dut = read_graph(diagram)
+    found = {(w.source.name, full_name(dut, w.target)) for w in dut.wires if not w.source.path}
+    expected = {
+        (diagram.get_input_port(i).get_name(), f"{system.get_name()}.{system.get_input_port(port).get_name()}")
+        for i in range(diagram.num_input_ports())
+        for system, port in diagram.GetInputPortLocators(InputPortIndex(i))
+    }
+    assert found == expected
+    exported = {w.target.name: full_name(dut, w.source) for w in dut.wires if not w.target.path}
+    assert list(exported) == [diagram.get_output_port(i).get_name() for i in range(diagram.num_output_ports())]
+    for i, source in enumerate(exported.values()):
+        system, port = diagram.get_output_port_locator(OutputPortIndex(i))
+        assert source == f"{system.get_name()}.{system.get_output_port(port).get_name()}"
+
+
+def test_ports_have_the_sizes_that_drake_gives_them(diagram: Diagram) -> None:
+    systems = systems_within(diagram)
+    for block in read_graph(diagram).blocks:
+        for port in block.ports:
+            own = systems[block.path]
+            theirs = own.GetInputPort(port.id.name) if port.id.side == "in" else own.GetOutputPort(port.id.name)
+            assert port.size in (theirs.size(), None)
+            assert (port.size is None) == ("Abstract" in str(theirs.get_data_type()))
+
+
+@pytest.mark.parametrize("overrides", [[], DISTURBED])
+def test_every_wired_port_of_ours_has_a_unit(overrides: list[str]) -> None:
+    for name in BUILDERS:
+        dut = read_graph(build(name, *overrides))
+        used = connected(dut)
+        ours = [port for block in dut.walk() if block.origin == "a2s_drake" for port in block.ports]
+        assert ours
+        assert [port.id for port in ours if port.id in used and not port.unit] == []
+
+
+def test_a_port_gets_its_unit_from_what_it_is_wired_to() -> None:
+    ports = {port.id: port for block in read_graph(build("link_only")).walk() for port in block.ports}
+    multiplexer = {i.name: port.unit for i, port in ports.items() if i.path == "vehicle_state"}
+    assert multiplexer == {"u0": "m", "u1": "rad", "u2": "", "y0": "m, rad, m/s, rad/s"}
+
+
+def test_units_of_ones_own_ports_can_be_given() -> None:
+    dut = read_graph(nest(0), units={"level": "m"})
+    assert {port.unit for port in dut.blocks[0].inputs} == {"m"}
+
+
+def test_reading_again_gives_the_same(diagram: Diagram) -> None:
+    assert read_graph(build(diagram.get_name())) == read_graph(diagram)
+
+
+@pytest.mark.parametrize(("depth", "count"), [(0, 1), (1, 3), (2, 5), (None, 7)])
+def test_depth_is_the_number_of_levels_opened(depth: int | None, count: int) -> None:
+    assert len(list(read_graph(nest(2), depth).walk())) == count
+
+
+def test_a_negative_depth_is_refused() -> None:
+    with pytest.raises(ValueError, match="depth = -1: must be at least 0"):
+        read_graph(nest(0), -1)
+
+
+@pytest.mark.parametrize("depth", range(4))
+def test_wires_run_through_the_borders_of_open_diagrams(depth: int) -> None:
+    dut = read_graph(nest(depth))
+    chains = through_wires(dut)
+    assert len(chains) == depth + 3  # one into the innermost, one behind each block
+    assert {len(chain) for chain in chains} == ({depth + 2, 3, 2} if depth else {2})
+    deepest = "inner/" * depth + "inner"
+    assert {chain[-1].path for chain in chains if not chain[0].path} == {deepest}
+
+
+# --- Writing -----------------------------------------------------------------------------------------------------
+
+
+def test_text_tells_of_every_wire_and_every_port(diagram: Diagram) -> None:
+    dut = read_graph(diagram)
+    text = as_text(dut)
+    for wire in dut.all_wires():
+        assert f"-> {full_name(dut, wire.target)}\n" in text
+        assert f"<- {full_name(dut, wire.source)}\n" in text
+    for block in dut.walk():
+        assert all(re.search(rf"\b{port.id.name}\b", text) for port in block.ports)
+
+
+def test_text_row() -> None:
+    lines = as_text(read_graph(build("closed_loop"), depth=1)).splitlines()
+    row = next(i for i, line in enumerate(lines) if line.startswith("mpc ")) + 4
+    assert lines[row].split() == ["out", "rotor_speed_squared", "6", "Hz^2", "->", "airframe.rotor_speed_squared"]
+    assert lines[row + 1].split() == ["->", "closed_loop.rotor_speed_squared"]
+    assert "airframe  (Diagram, closed)" in lines
+
+
+def test_text_of_a_closed_diagram_lists_its_own_ports() -> None:
+    text = as_text(read_graph(build("airframe_only"), depth=0))
+    assert [line.split()[1] for line in text.splitlines()[3:]] == ["rotor_speed_squared", "vehicle_state", "body_poses"]
+
+
+def test_mermaid_draws_every_block_and_wire_once(diagram: Diagram) -> None:
+    dut = read_graph(diagram)
+    lines = [line.strip() for line in as_mermaid(dut).splitlines()]
+    assert lines[0] == "flowchart LR"
+    nodes = {m[1] for line in lines if (m := re.match(r"(\w+)(\[\[|\[|\(\[)", line))}
+    boxes = [line for line in lines if line.startswith("subgraph ")]
+    assert len(boxes) == lines.count("end") == sum(block.is_open for block in dut.walk()) - 1
+    shown = [block for block in dut.walk() if not block.is_open]
+    assert len(nodes) == len(shown) + bool(dut.inputs) + bool(dut.outputs)
+    drawn = []
+    for line in lines:
+        if match := re.fullmatch(r'(\w+) (?:-->|-\.->)\|"([^"]+)"\| (\w+)', line):
+            assert {match[1], match[3]} <= nodes
+            drawn += [(match[1], label.split(" ")[0], match[3]) for label in match[2].split("<br>")]
+    ends = {(chain[0], chain[-1].path, chain[-1].side) for chain in through_wires(dut)}
+    assert len(drawn) == len(set(drawn)) == len(ends)
+
+
+def test_mermaid_takes_any_name() -> None:
+    builder = DiagramBuilder()
+    builder.AddNamedSystem('a "b" <c> #d |e|', ConstantVectorSource(np.zeros(1)))
+    diagram = builder.Build()
+    diagram.set_name("odd")
+    assert '["<b>a #quot;b#quot; #lt;c#gt; #35;d #124;e#124;</b><br>ConstantVectorSource"]' in as_mermaid(
+        read_graph(diagram)
+    )
+
+
+def test_svg_holds_every_block_and_wire(diagram: Diagram) -> None:
+    dut = read_graph(diagram)
+    groups = ElementTree.fromstring(as_svg(dut)).iter("{http://www.w3.org/2000/svg}g")
+    by_id = {group.get("id"): group for group in groups}
+    for i, block in enumerate(dut.walk()):
+        if i:
+            text = "".join(by_id[f"block-{i}"].itertext())
+            assert block.name in text
+            assert block.is_open or block.kind in text
+    wires = through_wires(dut)
+    for i, chain in enumerate(wires):
+        link = by_id[f"a_wire-{i}"][0]
+        title = link.get("{http://www.w3.org/1999/xlink}title") or ""
+        assert title.startswith(f"{chain[0].name} (")
+        assert full_name(dut, chain[-1]) in title
+    assert f"wire-{len(wires)}" not in by_id
+
+
+def test_the_dot_program_is_used_where_there_is_one(tmp_path: Path, monkeypatch) -> None:
+    program = tmp_path / "dot"
+    picture = '<?xml version="1.0"?><svg width="1"></svg>'
+    program.write_text(f"#!{sys.executable}\nimport sys\nprint({picture!r} * sys.stdin.read().count('digraph'))\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(shutil, "which", {"dot": str(program)}.get)
+    drawn = dot.draw([as_dot(read_graph(nest(depth))) for depth in range(2)])
+    assert len(drawn) == 2
+    assert all(text.startswith("<?xml") and text.count("<svg") == 1 and ".wire:hover" in text for text in drawn)
+
+
+def test_what_graphviz_cannot_draw_is_told_in_its_words(monkeypatch) -> None:
+    monkeypatch.setattr(shutil, "which", {}.get)
+    with pytest.raises(RuntimeError, match=r"could not draw the diagram: (?s:.*)syntax error"):
+        dot.draw(["digraph {{"])
+
+
+def test_without_graphviz_the_error_names_what_to_install(monkeypatch, capsys) -> None:
+    monkeypatch.setattr(shutil, "which", {}.get)
+    monkeypatch.setattr(dot, "is_installed", {}.get)
+    with pytest.raises(GraphvizMissing, match=r"a2s_drake\[graph\]"):
+        as_svg(read_graph(nest(0)))
+    assert show_diagram.main(["link_only", "--format", "html"]) == 1
+    assert capsys.readouterr().err.startswith("error: SVG and HTML need Graphviz")
+
+
+# --- The page ----------------------------------------------------------------------------------------------------
+
+
+def test_there_is_a_picture_of_every_way_to_fold() -> None:
+    ways = foldings(read_graph(nest(2)))
+    assert ways == [frozenset(), {"inner/inner"}, {"inner"}]
+
+
+def test_beside_one_another_diagrams_fold_independently() -> None:
+    assert set(foldings(pair())) == {frozenset(c) for c in ([], ["left"], ["right"], ["left", "right"])}
+
+
+def test_too_many_ways_are_folded_by_level() -> None:
+    whole = read_graph(nest(3))
+    assert foldings(whole, limit=2) == [frozenset(), {"inner/inner/inner"}, {"inner/inner"}, {"inner"}]
+
+
+def pair() -> Block:
+    builder = DiagramBuilder()
+    left = builder.AddNamedSystem("left", nest(0, "left"))
+    right = builder.AddNamedSystem("right", nest(0, "right"))
+    builder.Connect(left.get_output_port(0), right.get_input_port(0))
+    builder.ExportInput(left.get_input_port(0), "entry")
+    diagram = builder.Build()
+    diagram.set_name("pair")
+    return read_graph(diagram)
+
+
+@pytest.fixture
+def show(tmp_path: Path, open_page):
+    def show_one(whole: Block):
+        path = tmp_path / "page.html"
+        path.write_text(as_html(whole), encoding="utf-8")
+        return open_page(path)
+
+    return show_one
+
+
+def names_drawn(tab) -> list[str]:
+    return sorted(tab.locator("#picture :is(.block, .closed, .diagram)").evaluate_all("all => all.map(g => g.id)"))
+
+
+def test_page_shows_every_block_and_every_wire(diagram: Diagram, show) -> None:
+    whole = read_graph(diagram)
+    tab = show(whole)
+    assert len(names_drawn(tab)) == len(list(whole.walk())) - 1
+    assert tab.locator("#picture .wire").count() == len(through_wires(whole))
+    assert tab.locator("#tables tbody").count() == len(list(whole.walk()))
+    assert tab.title() == whole.name
+
+
+@pytest.mark.parametrize("way", ["button", "picture"])
+def test_a_sub_diagram_folds_and_unfolds(way: str, show) -> None:
+    whole = read_graph(build("closed_loop"))
+    tab = show(whole)
+    inner = tab.get_by_text("MultibodyPlant").locator("visible=true").and_(tab.locator("#picture text"))
+    assert inner.count() == 1
+    click = {
+        "button": lambda: tab.locator("#folds button").click(),
+        "picture": lambda: tab.locator("#picture text").get_by_text("airframe", exact=True).click(),
+    }[way]
+    click()
+    assert inner.count() == 0
+    folded = close(whole, frozenset(["airframe"]))
+    assert tab.locator("#picture .wire").count() == len(through_wires(folded))
+    assert tab.locator("#folds button").get_attribute("aria-expanded") == "false"
+    click()
+    assert inner.count() == 1
+
+
+def test_folding_keeps_what_else_is_folded(show) -> None:
+    tab = show(pair())
+    for path in ("left", "right"):
+        tab.get_by_role("button", name=f"fold {path}", exact=True).click()
+    assert tab.locator("#picture .closed").count() == 2
+    tab.get_by_role("button", name="unfold left").click()
+    assert tab.locator("#folds button").all_inner_texts() == ["fold left", "unfold right"]
+
+
+def test_folding_the_outer_one_hides_the_inner_ones_button(show) -> None:
+    tab = show(read_graph(nest(2)))
+    assert tab.locator("#folds button").all_inner_texts() == ["fold inner", "fold inner/inner"]
+    tab.get_by_role("button", name="fold inner", exact=True).click()
+    assert tab.locator("#folds button").all_inner_texts() == ["unfold inner"]
+
+
+def test_a_wire_tells_name_size_and_unit_under_the_pointer(show) -> None:
+    whole = read_graph(build("closed_loop"))
+    chains = through_wires(whole)
+    number = next(i for i, c in enumerate(chains) if (c[0].path, c[-1].path) == ("mpc", "airframe/propeller"))
+    tab = show(whole)
+    card = tab.locator("#card")
+    assert not card.is_visible()
+    middle = (
+        "path => { const p = path.getPointAtLength(path.getTotalLength() / 3).matrixTransform(path.getScreenCTM());"
+    )
+    place = tab.locator(f"#wire-{number} path").first.evaluate(middle + "return [p.x, p.y]; }")
+    tab.mouse.move(*place)
+    assert card.is_visible()
+    assert card.inner_text().split("\n") == [
+        *("wire", "rotor_speed_squared", "size", "6", "unit", "Hz^2"),
+        *("from", "mpc.rotor_speed_squared", "to", "airframe/propeller.command"),
+        *("through", "airframe.rotor_speed_squared"),
+    ]
+    assert tab.locator("#picture .hit").evaluate_all("all => all.map(g => g.id)") == [f"wire-{number}"]
+    tab.mouse.move(2, 2)
+    assert not card.is_visible()
+    assert tab.locator("#picture .hit").count() == 0
+
+
+def test_a_block_lights_its_wires_under_the_pointer(show) -> None:
+    whole = read_graph(build("link_only"))
+    tab = show(whole)
+    tab.locator("#picture text").get_by_text("TwoRayChannel").hover()
+    assert "a2s_drake" in tab.locator("#card").inner_text()
+    wires = [chain for chain in through_wires(whole) if "channel" in (chain[0].path, chain[-1].path)]
+    assert tab.locator("#picture .hit").count() == len(wires) == 6
+
+
+def test_page_fits_a_narrow_window(tmp_path: Path, open_page) -> None:
+    path = tmp_path / "page.html"
+    path.write_text(as_html(read_graph(build("closed_loop"))), encoding="utf-8")
+    tab = open_page(path, 380, 700)
+    assert tab.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth") == 0
+
+
+# --- The script --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+@pytest.mark.parametrize("form", FORMATS)
+def test_script_writes_every_format_of_every_diagram(name: str, form: str, tmp_path: Path, capsys) -> None:
+    file = tmp_path / "folder" / f"{name}.{form}"
+    assert show_diagram.main([name, "--format", form, "--out", str(file)]) == 0
+    assert capsys.readouterr().out == f"written to {file}\n"
+    assert file.read_text(encoding="utf-8") == FORMATS[form](read_graph(build(name)))
+
+
+def test_script_prints_the_same_in_every_process() -> None:
+    command = [sys.executable, "-m", "scripts.show_diagram", "closed_loop", "--format", "dot"]
+    printed = {subprocess.run(command, capture_output=True, text=True, check=True).stdout for _ in range(2)}
+    assert len(printed) == 1
+
+
+def test_script_lists_the_diagrams(capsys) -> None:
+    assert show_diagram.main(["--list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == list(BUILDERS)
+    assert all(len(line.split()) > 3 for line in lines)
+
+
+def test_script_shows_what_a_scenario_adds(capsys) -> None:
+    assert show_diagram.main(["closed_loop", "--depth", "1", "--set", *DISTURBED]) == 0
+    assert "measurement  (MeasurementNoise)" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        ([], "no NAME; there are closed_loop, link_only, airframe_only"),
+        (["loop"], "no diagram named 'loop'; there are closed_loop, link_only, airframe_only"),
+        (["closed_loop", "--depth", "-1"], "--depth -1: must be at least 0"),
+        (["closed_loop", "--format", "pdf"], "invalid choice: 'pdf'"),
+        (["closed_loop", "--scenario", "papper"], "no scenario named 'papper'"),
+        (["closed_loop", "--set", "mpc.horizon=0"], "mpc.horizon = 0"),
+        (["closed_loop", "--out", "tests"], "--out tests: cannot be written"),
+    ],
+)
+def test_script_refuses_in_one_line(arguments: list[str], reason: str, capsys) -> None:
+    assert show_diagram.main(arguments) == 2
+    printed = capsys.readouterr()
+    assert reason in printed.err
+    assert printed.err.count("\n") == 1
+    assert printed.out == ""
+
+
+def test_page_data_cannot_end_its_script() -> None:
+    builder = DiagramBuilder()
+    builder.AddNamedSystem("</script><b>", ConstantVectorSource(np.zeros(1)))
+    page = as_html(read_graph(builder.Build()))
+    text = page.split('<script id="data" type="application/json">')[1].split("</script>")[0]
+    assert json.loads(text)["pictures"][0]["blocks"][1]["path"] == "</script><b>"
