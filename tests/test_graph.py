@@ -341,11 +341,9 @@ def test_a_wire_tells_name_size_and_unit_under_the_pointer(show) -> None:
     tab = show(whole)
     card = tab.locator("#card")
     assert not card.is_visible()
-    middle = (
-        "path => { const p = path.getPointAtLength(path.getTotalLength() / 3).matrixTransform(path.getScreenCTM());"
-    )
-    place = tab.locator(f"#wire-{number} path").first.evaluate(middle + "return [p.x, p.y]; }")
-    tab.mouse.move(*place)
+    point = "path.getPointAtLength(path.getTotalLength() / 3).matrixTransform(path.getScreenCTM())"
+    script = f"path => {{ const point = {point}; return [point.x, point.y]; }}"
+    tab.mouse.move(*tab.locator(f"#wire-{number} path").first.evaluate(script))
     assert card.is_visible()
     assert card.inner_text().split("\n") == [
         *("wire", "rotor_speed_squared", "size", "6", "unit", "Hz^2"),

@@ -116,11 +116,11 @@ def _table(block: Block, ports: tuple[Port, ...], ids: dict[str, str]) -> list[s
     inputs = [port for port in ports if port.id.side == "in"]
     outputs = [port for port in ports if port.id.side == "out"]
     head = f'<B>{html.escape(block.name)}</B><BR/><FONT POINT-SIZE="9">{html.escape(block.kind)}</FONT>'
-    rows = [f'<TR><TD COLSPAN="2" BGCOLOR="{fill}" CELLPADDING="5">{head}</TD></TR>']
     columns = [(side, align) for side, align in ((inputs, "LEFT"), (outputs, "RIGHT")) if side]
+    rows = [f'<TR><TD COLSPAN="{max(len(columns), 1)}" BGCOLOR="{fill}" CELLPADDING="5">{head}</TD></TR>']
     count = max(len(inputs), len(outputs))
     rows += [f"<TR>{''.join(_cell(side, i, align) for side, align in columns)}</TR>" for i in range(count)]
-    label = f'<TABLE BORDER="0" CELLBORDER="1" CELLSPACING="0" COLOR="#8895a7" BGCOLOR="white">{"".join(rows)}</TABLE>'
+    label = f'<TABLE BORDER="0" CELLBORDER="1" CELLSPACING="0" COLOR="#8895a7">{"".join(rows)}</TABLE>'
     kind = "closed" if block.is_diagram else "block"
     own = ids[block.path]
     return [f'"{own}" [id="{own}", class={kind}, tooltip={_quote(f"{block.path}: {block.kind}")}, label=<{label}>]']
@@ -132,7 +132,7 @@ def _cell(ports: Sequence[Port], i: int, align: str) -> str:
     port = ports[i]
     size = f'<FONT COLOR="#7a7a7a" POINT-SIZE="8"> {port.size_text}</FONT>'
     name = html.escape(port.id.name)
-    return f'<TD PORT="{port.id.side} {name}" ALIGN="{align}" CELLPADDING="3">{name}{size}</TD>'
+    return f'<TD PORT="{port.id.side} {name}" ALIGN="{align}" BGCOLOR="white" CELLPADDING="3">{name}{size}</TD>'
 
 
 def _border(whole: Block, name: str, ports: tuple[Port, ...]) -> list[str]:
