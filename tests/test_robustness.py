@@ -9,7 +9,7 @@ from a2s_drake.robustness import DISTURBANCES, robustness_scenarios, robustness_
 from diagrams import build_closed_loop, load_scenario
 from tests.flights import SAMPLES, made_up_flight
 
-README = Path(__file__).parents[1] / "README.md"
+TABLE = Path(__file__).parents[1] / "docs" / "robustness.md"
 
 
 def test_each_disturbance_is_flown_by_both_laws_and_changes_the_disturbance_alone(scenario: Scenario) -> None:
@@ -34,23 +34,23 @@ def test_table_has_a_row_for_each(scenario: Scenario) -> None:
     assert all("+20.0 %" in line and "0.6 bit/Hz" in line for line in lines[2:])
 
 
-def rows_of_readme() -> dict[str, list[float]]:
-    """The numbers of each row of the README's table, by disturbance."""
+def documented_rows() -> dict[str, list[float]]:
+    """The numbers of each row of the documentation's table, by disturbance."""
     rows = {}
-    for line in README.read_text(encoding="utf-8").splitlines():
+    for line in TABLE.read_text(encoding="utf-8").splitlines():
         name, *cells = line.strip("| ").split(" | ")
         if name in DISTURBANCES and cells:
             rows[name] = [float(number) for number in re.findall(r"[-+]?\d+\.?\d*", " ".join(cells))]
     return rows
 
 
-def test_readme_has_the_whole_table() -> None:
-    assert list(rows_of_readme()) == list(DISTURBANCES)
+def test_documentation_has_the_whole_table() -> None:
+    assert list(documented_rows()) == list(DISTURBANCES)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("disturbance", DISTURBANCES)
-def test_mission_holds_under_each_disturbance_as_the_readme_says(disturbance: str) -> None:
+def test_mission_holds_under_each_disturbance_as_documented(disturbance: str) -> None:
     planned = robustness_scenarios(load_scenario("paper_calibrated"))
     # The table is drawn for this one row; the others are filled with it.
     pair = {
@@ -60,7 +60,7 @@ def test_mission_holds_under_each_disturbance_as_the_readme_says(disturbance: st
     table = robustness_table({name: pair[name.rsplit(", ", 1)[1]] for name in planned})
     numbers = [float(text) for text in re.findall(r"[-+]?\d+\.?\d*", table.splitlines()[2].split(" | ", 1)[1])]
     # bit/Hz, %, cm and cm to one digit, degrees to two, and no failure: the last digit may round the other way.
-    off = np.abs(np.subtract(numbers, rows_of_readme()[disturbance]))
+    off = np.abs(np.subtract(numbers, documented_rows()[disturbance]))
     assert (off <= [0.101, 0.101, 0.101, 0.101, 0.0101, 0.0101, 0.0101, 0.0]).all()
     for flight in pair.values():
         assert flight.solver_success.all()
