@@ -55,7 +55,7 @@ def type_in(command: str, clone: Path) -> str:
 
 
 @pytest.mark.skipif(not (ROOT / ".venv").is_dir(), reason="the commands are typed into an environment made by make")
-@pytest.mark.parametrize("block", map(marked, TYPED))
+@pytest.mark.parametrize("block", [marked(block) for block in TYPED])
 def test_commands_work_one_after_another(block: CodeBlock, clone: Path) -> None:
     for command in commands(block):
         if command in NOT_TYPED:
