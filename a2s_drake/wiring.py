@@ -1,16 +1,50 @@
-"""The last step of every builder: nothing may be left unconnected."""
+"""Checks of wiring: a block given in place of another must fit, and nothing may be left unconnected."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, System
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, PortDataType, System
 
 
 class WiringError(ValueError):
-    """A diagram with dangling inputs; the message lists each as `block: port`."""
+    """A diagram with dangling inputs, listed as `block: port`, or a block whose ports do not fit its role."""
 
 
 def _is_optional(port: InputPort) -> bool:
     """A plant's inputs other than the spatial forces default to zero or stay unused without a scene graph."""
     return isinstance(port.get_system(), MultibodyPlant) and port.get_name() != "applied_spatial_force"
+
+
+def check_ports(role: str, block: System, inputs: Mapping[str, int], outputs: Mapping[str, int]) -> None:
+    """Checks that a block has the ports that its role in a diagram takes; it may have more.
+
+    Args:
+      role: the block's name in the diagram, for the message.
+      inputs: sizes by name of port.
+      outputs: the same.
+    Raises:
+      WiringError: names the role, the block's class, and each port that does not fit: size found, size wanted.
+    """
+    ports = (
+        ("input", inputs, map(block.get_input_port, range(block.num_input_ports()))),
+        ("output", outputs, map(block.get_output_port, range(block.num_output_ports()))),
+    )
+    misfits = [text for kind, wanted, found in ports for text in _misfits(kind, wanted, found)]
+    if misfits:
+        # Drake writes the scalar type of a template's instance into its class name.
+        raise WiringError(f"{role} ({type(block).__name__.partition('_𝓣')[0]}): {'; '.join(misfits)}")
+
+
+def _misfits(kind: str, wanted: Mapping[str, int], ports: Iterable[Any]) -> Iterator[str]:
+    found = {port.get_name(): port for port in ports}
+    for name, size in wanted.items():
+        if name not in found:
+            yield f"no {kind} {name}, which must have size {size}; its {kind}s: {', '.join(found) or 'none'}"
+        elif found[name].get_data_type() != PortDataType.kVectorValued:
+            yield f"{kind} {name} is abstract, must be a vector of size {size}"
+        elif found[name].size() != size:
+            yield f"{kind} {name} has size {found[name].size()}, must have {size}"
 
 
 def export_outputs(builder: DiagramBuilder, *systems: System) -> None:

@@ -1,6 +1,6 @@
 """The whole mission: path, ship, attitude law, MPC, hexarotor and channel in one loop."""
 
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
 from a2s_drake.airframe import add_airframe, hover_input
 from a2s_drake.disturbances import InputDelay, MeasurementNoise
@@ -12,12 +12,14 @@ from a2s_drake.wiring import build_wired, export_outputs
 from diagrams.reference import add_reference
 
 
-def build_closed_loop(scenario: Scenario | None = None, planner: Planner | None = None) -> Diagram:
+def build_closed_loop(
+    scenario: Scenario | None = None, planner: Planner | None = None, law: System | None = None
+) -> Diagram:
     """The mission of a scenario (Table I by default), the vehicle at rest and level where the path begins.
 
     Noise on the measured state and delay of the commands stand in it only where the scenario asks for them;
     `rotor_speed_squared` is the command that reaches the rotors. A planner of one's own may stand in for the
-    scenario's.
+    scenario's, and so may an attitude law: a block with the ports of `AttitudeReference`, made for this diagram alone.
 
     ```
     +-------------+
@@ -27,10 +29,13 @@ def build_closed_loop(scenario: Scenario | None = None, planner: Planner | None 
     |             |--> predicted_state, solver_status
     +-------------+
     ```
+
+    Raises:
+      WiringError: when the law's ports do not fit; names them, with the sizes found and wanted.
     """
     scenario = scenario or Scenario()
     builder = DiagramBuilder()
-    path, ship, law = add_reference(builder, scenario)
+    path, ship, law = add_reference(builder, scenario, law)
     mpc = builder.AddNamedSystem("mpc", MpcController(scenario.airframe, scenario.mpc, planner))
     airframe = add_airframe(builder, scenario.airframe, scenario.mission.start, scenario.disturbance)
     channel = builder.AddNamedSystem("channel", TwoRayChannel(scenario.link))

@@ -1,7 +1,7 @@
 """The link of a vehicle that is always exactly where and how it should be: no dynamics, no controller."""
 
 import numpy as np
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource, Multiplexer
 
 from a2s_drake.scenario import Scenario
@@ -10,8 +10,10 @@ from a2s_drake.wiring import build_wired, export_outputs
 from diagrams.reference import add_reference
 
 
-def build_link_only(scenario: Scenario | None = None) -> Diagram:
+def build_link_only(scenario: Scenario | None = None, law: System | None = None) -> Diagram:
     """Ideal tracking of a scenario (Table I by default); the vehicle's velocities read zero.
+
+    A block with the ports of `AttitudeReference`, made for this diagram alone, may stand in for the scenario's law.
 
     ```
     +-----------+
@@ -20,10 +22,13 @@ def build_link_only(scenario: Scenario | None = None) -> Diagram:
     |           |--> channel_gain, snr_db, spectral_efficiency, phase_difference
     +-----------+
     ```
+
+    Raises:
+      WiringError: when the law's ports do not fit; names them, with the sizes found and wanted.
     """
     scenario = scenario or Scenario()
     builder = DiagramBuilder()
-    path, ship, law = add_reference(builder, scenario)
+    path, ship, law = add_reference(builder, scenario, law)
     velocities = builder.AddNamedSystem("velocities", ConstantVectorSource(np.zeros(6)))
     state = builder.AddNamedSystem("vehicle_state", Multiplexer([3, 3, 6]))
     channel = builder.AddNamedSystem("channel", TwoRayChannel(scenario.link))

@@ -1,21 +1,35 @@
 """The part that the drawings share: path, ship and law, wired up."""
 
-from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.framework import DiagramBuilder, System
 
 from a2s_drake.attitude_law import AttitudeReference
 from a2s_drake.paths import ShipTrajectory, UavPath
 from a2s_drake.scenario import Scenario
+from a2s_drake.wiring import check_ports
 
 
-def add_reference(builder: DiagramBuilder, scenario: Scenario) -> tuple[LeafSystem, LeafSystem, LeafSystem]:
-    """Adds `uav_path`, `ship` and `attitude_reference`, wired, with their present values exported."""
-    path = builder.AddNamedSystem("uav_path", UavPath(scenario.mission, scenario.mpc))
-    ship = builder.AddNamedSystem("ship", ShipTrajectory(scenario.mission, scenario.mpc))
+def add_reference(
+    builder: DiagramBuilder, scenario: Scenario, law: System | None = None
+) -> tuple[System, System, System]:
+    """Adds `uav_path`, `ship` and `attitude_reference`, wired, with their present values exported.
+
+    Args:
+      law: a block with the ports of `AttitudeReference` to stand in for the scenario's law.
+    Raises:
+      WiringError: when that block lacks one of these ports, or has it in another size.
+    """
     mpc = scenario.mpc
-    law = builder.AddNamedSystem(
-        "attitude_reference",
-        AttitudeReference(scenario.link, scenario.attitude_law, mpc.attitude_limit, mpc.horizon),
+    size = 3 * (mpc.horizon + 1)
+    if law is None:
+        law = AttitudeReference(scenario.link, scenario.attitude_law, mpc.attitude_limit, mpc.horizon)
+    inputs, outputs = (
+        {"position_preview": size, "ship_preview": size},
+        {"attitude_reference": 3, "attitude_preview": size},
     )
+    check_ports("attitude_reference", law, inputs, outputs)
+    path = builder.AddNamedSystem("uav_path", UavPath(scenario.mission, mpc))
+    ship = builder.AddNamedSystem("ship", ShipTrajectory(scenario.mission, mpc))
+    builder.AddNamedSystem("attitude_reference", law)
     builder.Connect(path.GetOutputPort("position_preview"), law.GetInputPort("position_preview"))
     builder.Connect(ship.GetOutputPort("ship_preview"), law.GetInputPort("ship_preview"))
     for block, port in ((path, "position_reference"), (law, "attitude_reference"), (ship, "ship_position")):

@@ -4,8 +4,20 @@ import numpy as np
 import pytest
 from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, InitializeAutoDiff
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import LeafSystem
+from pydrake.systems.primitives import PassThrough
 
-from a2s_drake import AttitudeLaw, Link, Scenario, ScenarioError, attitude_reference, hover_input, run_flight
+from a2s_drake import (
+    AttitudeLaw,
+    AttitudeReference,
+    Link,
+    Scenario,
+    ScenarioError,
+    WiringError,
+    attitude_reference,
+    hover_input,
+    run_flight,
+)
 from a2s_drake.mpc.model import RigidBodyModel
 from diagrams import BUILDERS, build_airframe_only, build_closed_loop, build_link_only, load_scenario
 
@@ -63,6 +75,62 @@ def test_link_only_tracks_ideally(scenario: Scenario, planned_geometry) -> None:
     eta = attitude_reference(position, ship, Link(), AttitudeLaw(), scenario.mpc.attitude_limit)
     np.testing.assert_allclose(flight.attitude, eta, atol=1e-9)
     assert 0.02 * flight.spectral_efficiency.sum() == pytest.approx(1.449 * 122.387, rel=5e-4)
+
+
+class Tilted(LeafSystem):
+    """A law of a user's own: 0.1 rad of pitch, come what may."""
+
+    def __init__(self, horizon: int, outputs: tuple[str, ...] = ("attitude_reference", "attitude_preview")) -> None:
+        LeafSystem.__init__(self)
+        size = 3 * (horizon + 1)
+        for name in ("position_preview", "ship_preview"):
+            self.DeclareVectorInputPort(name, size)
+        for name in outputs:
+            width = size if name == "attitude_preview" else 3
+            self.DeclareVectorOutputPort(
+                name, width, lambda _, out: out.SetFromVector(np.tile([0.0, 0.1, 0.0], out.size() // 3))
+            )
+
+
+@pytest.mark.parametrize("build", [build_closed_loop, build_link_only])
+def test_a_law_of_ones_own_stands_in_for_the_scenarios(build, scenario: Scenario) -> None:
+    law = Tilted(scenario.mpc.horizon)
+    flight = run_flight(build(scenario, law=law), scenario.with_value("simulation.duration", 0.5))
+    assert law.get_name() == "attitude_reference"
+    np.testing.assert_array_equal(flight.attitude_reference, np.tile([0.0, 0.1, 0.0], (26, 1)))
+    # Ideal tracking holds it at once; in closed loop the vehicle is on its way there.
+    assert flight.attitude[-1, 1] == pytest.approx(0.1, abs=0.0 if build is build_link_only else 0.05)
+
+
+def test_the_papers_law_given_as_ones_own_changes_nothing(scenario: Scenario) -> None:
+    scenario = scenario.with_value("simulation.duration", 0.3)
+    mpc = scenario.mpc
+    law = AttitudeReference(scenario.link, scenario.attitude_law, mpc.attitude_limit, mpc.horizon)
+    given, own = (run_flight(build_closed_loop(scenario, law=one), scenario) for one in (None, law))
+    np.testing.assert_array_equal(own.rotor_speed, given.rotor_speed)
+
+
+@pytest.mark.parametrize("build", [build_closed_loop, build_link_only])
+@pytest.mark.parametrize(
+    ("law", "reason"),
+    [
+        (
+            lambda: Tilted(20),
+            r"\(Tilted\): input position_preview has size 63, must have 93; input ship_preview has size",
+        ),
+        (
+            lambda: Tilted(30, ("attitude_reference", "preview")),
+            "no output attitude_preview, which must have size 93; its ",
+        ),
+        (
+            lambda: PassThrough(93),
+            r"\(PassThrough\): no input position_preview, which must have size 93; its inputs: u; ",
+        ),
+    ],
+)
+def test_a_law_that_does_not_fit_is_refused_by_port_and_size(build, law, reason: str, scenario: Scenario) -> None:
+    with pytest.raises(WiringError, match=f"^attitude_reference .*{reason}"):
+        build(scenario, law=law())
 
 
 def test_closed_loop_starts_at_rest_where_the_path_begins(scenario: Scenario) -> None:

@@ -61,6 +61,15 @@ def test_output_at_the_start_is_already_a_decision(scenario: Scenario) -> None:
     assert (dut.GetOutputPort("rotor_speed_squared").Eval(simulator.get_context()) == 4001.0).all()
 
 
+def test_a_context_holds_its_plan(scenario: Scenario) -> None:
+    dut = MpcController(scenario.airframe, scenario.mpc, RecordingPlanner())
+    context, other = simulate(dut).get_context(), simulate(dut)
+    other.Initialize()
+    np.testing.assert_array_equal(dut.plan(context).input, np.full((30, 6), 3800.0))
+    np.testing.assert_array_equal(dut.plan(other.get_context()).input, np.full((30, 6), 4001.0))
+    np.testing.assert_array_equal(dut.plan(other.get_context()).state, np.ones((31, 12)))
+
+
 def test_both_events_at_the_start_decide_once(scenario: Scenario) -> None:
     planner = RecordingPlanner()
     simulator = simulate(MpcController(scenario.airframe, scenario.mpc, planner))

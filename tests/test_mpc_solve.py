@@ -4,7 +4,7 @@ from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 from pydrake.solvers import OsqpSolver
 
 from a2s_drake import Scenario
-from a2s_drake.mpc.plan import Plan, tracking_cost
+from a2s_drake.mpc.plan import Plan, cost_terms, tracking_cost
 from a2s_drake.mpc.program import INPUT_SCALE, LinearizedProgram, NonlinearProgram, input_bounds, state_bounds
 from a2s_drake.mpc.solve import WholeProgram, make_solver, solve_to_convergence
 from a2s_drake.parameters import SOLVERS
@@ -32,6 +32,25 @@ def test_tracking_cost_is_the_papers_sum(scenario: Scenario, rng: np.random.Gene
         expected += np.sum(v**2) + 10.0 * np.sum(w**2)
         expected += 3.2e-8 * np.sum(plan.input[r] ** 2) if r < 30 else 0.0
     assert tracking_cost(plan, reference, scenario.mpc) == pytest.approx(expected, rel=1e-12)
+
+
+def test_cost_terms_are_the_papers_sum_split_by_term_and_stage(scenario: Scenario, rng: np.random.Generator) -> None:
+    plan = Plan(rng.normal(size=(31, 12)), rng.uniform(256.0, 1e4, (30, 6)))
+    reference = reference_at(scenario, 100)
+    terms = cost_terms(plan, reference, scenario.mpc)
+    r = 7
+    p, eta, v, w = np.split(plan.state[r], 4)
+    expected = {
+        "position": 100.0 * np.sum((reference.position[r] - p) ** 2),
+        "attitude": 50.0 * np.sum((reference.attitude[r] - eta) ** 2),
+        "velocity": np.sum(v**2),
+        "angular_velocity": 10.0 * np.sum(w**2),
+        "input": 3.2e-8 * np.sum(plan.input[r] ** 2),
+    }
+    assert {name: term[r] for name, term in terms.items()} == pytest.approx(expected, rel=1e-12)
+    assert {term.shape for term in terms.values()} == {(31,)}
+    assert terms["input"][30] == 0.0
+    assert sum(term.sum() for term in terms.values()) == pytest.approx(tracking_cost(plan, reference, scenario.mpc))
 
 
 def test_linearized_dynamics_hold_on_the_plan_they_were_taken_from(scenario: Scenario) -> None:

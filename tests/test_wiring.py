@@ -3,6 +3,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from a2s_drake import Airframe, Link, TwoRayChannel, WiringError, build_wired
 from a2s_drake.airframe import make_plant
+from a2s_drake.wiring import check_ports
 
 
 def test_refuses_dangling_inputs_by_name() -> None:
@@ -27,3 +28,22 @@ def test_a_plant_needs_its_spatial_forces_and_nothing_else() -> None:
     builder.AddNamedSystem("plant", plant)
     with pytest.raises(WiringError, match=r"bare leaves inputs unconnected: plant: applied_spatial_force$"):
         build_wired(builder, "bare")
+
+
+def test_ports_that_fit_pass_among_others() -> None:
+    check_ports("radio", TwoRayChannel(Link()), {"ship_position": 3}, {"snr_db": 1, "channel_gain": 1})
+
+
+def test_a_misfit_names_role_class_port_and_both_sizes() -> None:
+    with pytest.raises(WiringError) as refusal:
+        check_ports("radio", TwoRayChannel(Link()), {"ship_position": 2}, {"snr": 1})
+    assert str(refusal.value) == (
+        "radio (TwoRayChannel): input ship_position has size 3, must have 2; no output snr, which must have size 1; "
+        "its outputs: channel_gain, snr_db, spectral_efficiency, phase_difference"
+    )
+
+
+def test_an_abstract_port_is_no_vector() -> None:
+    plant, _ = make_plant(Airframe())
+    with pytest.raises(WiringError, match="output body_poses is abstract, must be a vector of size 7"):
+        check_ports("plant", plant, {}, {"body_poses": 7})

@@ -83,10 +83,11 @@ class MpcController(LeafSystem):
             # add, and must not shift the plan a second time.
             return
         started = clock.time != _NEVER and clock.shifts < self._horizon
-        previous = self._plan(context) if started else None
+        previous = self.plan(context) if started else None
         self._decide(context, previous, int(clock.shifts), discrete_state)
 
-    def _plan(self, context: Context) -> Plan:
+    def plan(self, context: Context) -> Plan:
+        """The plan that a context of this block holds: hover before the first decision."""
         states = context.get_discrete_state(self._states).value()
         inputs = context.get_discrete_state(self._inputs).value()
         return Plan(states.reshape(-1, NUM_STATES).copy(), inputs.reshape(-1, NUM_INPUTS).copy())

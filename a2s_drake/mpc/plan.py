@@ -65,9 +65,22 @@ def state_weights(mpc: Mpc) -> FloatArray:
     return weights
 
 
-def tracking_cost(plan: Plan, reference: Reference, mpc: Mpc) -> float:
-    """The cost J of a plan: sum of squared weighted deviations, terminal term included (section IV of the paper)."""
+def cost_terms(plan: Plan, reference: Reference, mpc: Mpc) -> dict[str, FloatArray]:
+    """The cost of a plan split by term and stage; all of it together is `tracking_cost` (section IV of the paper).
+
+    Returns:
+      `position`, `attitude`, `velocity`, `angular_velocity` and `input`, each of shape (N+1,), dimensionless; the last
+      stage is the terminal one, which has no input.
+    """
     error = plan.state.copy()
     error[:, POSITION] -= reference.position
     error[:, ATTITUDE] -= reference.attitude
-    return float((error**2 @ state_weights(mpc)).sum() + mpc.input_weight * (plan.input**2).sum())
+    by_part = (error**2 * state_weights(mpc)).reshape(-1, 4, 3).sum(axis=-1)
+    by_input = np.append(mpc.input_weight * (plan.input**2).sum(axis=-1), 0.0)
+    names = ("position", "attitude", "velocity", "angular_velocity", "input")
+    return dict(zip(names, (*by_part.T, by_input), strict=True))
+
+
+def tracking_cost(plan: Plan, reference: Reference, mpc: Mpc) -> float:
+    """The cost J of a plan: sum of squared weighted deviations, terminal term included (section IV of the paper)."""
+    return float(sum(term.sum() for term in cost_terms(plan, reference, mpc).values()))
