@@ -32,8 +32,9 @@ def check_ports(role: str, block: System, inputs: Mapping[str, int], outputs: Ma
     )
     misfits = [text for kind, wanted, found in ports for text in _misfits(kind, wanted, found)]
     if misfits:
-        # Drake writes the scalar type of a template's instance into its class name.
-        raise WiringError(f"{role} ({type(block).__name__.partition('_𝓣')[0]}): {'; '.join(misfits)}")
+        # Drake writes a template's scalar type behind this letter into the class name of an instance.
+        kind = type(block).__name__.partition("_\N{MATHEMATICAL BOLD SCRIPT CAPITAL T}")[0]
+        raise WiringError(f"{role} ({kind}): {'; '.join(misfits)}")
 
 
 def _misfits(kind: str, wanted: Mapping[str, int], ports: Iterable[Any]) -> Iterator[str]:
