@@ -1,0 +1,1 @@
+"""Short programs that teach the library: read them from top to bottom."""

@@ -1,0 +1,59 @@
+"""One step of the MPC opened up: what it foresees, which bounds its plan runs into, and what it pays for.
+
+The vehicle starts 30 cm off its path, at rest and level, while the law asks for 10 deg of roll and 9 of pitch. Towards
+the end of the horizon its plan lets it sink: thrust costs, and of a fall the horizon shows only the beginning.
+"""
+
+import numpy as np
+from matplotlib.figure import Figure
+from pydrake.math import RigidTransform
+from pydrake.systems.analysis import Simulator
+
+from a2s_drake import Scenario, SolverStatus
+from a2s_drake.mpc.plan import Reference, cost_terms
+from a2s_drake.mpc.program import input_bounds, state_bounds
+from diagrams import build_closed_loop
+from scripts.example_figures import plan_figure
+from scripts.examples.shared import run, run_example
+
+NAMES = [f"{n}_{i}" for n, k in {"p": 3, "eta": 3, "v": 3, "omega": 3, "rotor": 6}.items() for i in range(1, k + 1)]
+
+
+def show() -> Figure:
+    """Prints cost by term and active bounds; draws the plan."""
+    scenario = Scenario()  # Table I
+    diagram = build_closed_loop(scenario)
+    simulator = Simulator(diagram)
+    context = simulator.get_mutable_context()
+    plant = diagram.GetSubsystemByName("airframe").GetSubsystemByName("plant")
+    body, off = plant.GetBodyByName("hexarotor"), RigidTransform([0.0, -0.3, 0.0])
+    plant.SetFreeBodyPose(plant.GetMyMutableContextFromRoot(context), body, off)
+    simulator.Initialize()  # The controller decides once.
+
+    mpc = diagram.GetSubsystemByName("mpc")
+    own = mpc.GetMyContextFromRoot(context)
+    plan, status = mpc.plan(own), SolverStatus(mpc.GetOutputPort("solver_status").Eval(own))
+    target = [mpc.GetInputPort(name).Eval(own).reshape(-1, 3) for name in ("position_preview", "attitude_preview")]
+    reference = Reference(*target)
+    terms = cost_terms(plan, reference, scenario.mpc)
+    for name, term in terms.items():
+        print(f"{name:16}{term.sum():8.3f} {100.0 * term.sum() / status.objective:5.1f} %")
+    print(f"{'sum':16}{sum(term.sum() for term in terms.values()):8.3f}, in solver_status {status.objective:.3f}")
+
+    bounds = zip(state_bounds(scenario.mpc), input_bounds(scenario.airframe), strict=True)
+    lower, upper = (np.append(states, 6 * [speed]) for states, speed in bounds)
+    use = (np.hstack([plan.state[1:], plan.input]) - lower) / (upper - lower)  # 0 and 1 lie on the bounds
+    for name, column in zip(NAMES, use.T, strict=True):
+        for bound, binds in (("lower", column < 1e-4), ("upper", column > 1.0 - 1e-4)):
+            if binds.any():
+                print(f"{name} on its {bound} bound in period", ", ".join(map(str, np.flatnonzero(binds))))
+    return plan_figure(scenario, plan, reference, terms)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Returns 0; 2 for input that cannot be worked with."""
+    return run_example("one_mpc_step", show, __doc__, argv)
+
+
+if __name__ == "__main__":
+    run(main)
