@@ -197,8 +197,10 @@ def check_jobs(jobs: int) -> None:
         raise UsageError(f"--jobs {jobs}: must be at least 1")
 
 
-def write_results(flight: Flight, folder: Path) -> None:
-    """Writes scenario.yaml, flight.npz and, where there is a sample to measure, metrics.json."""
+def write_results(flight: Flight, folder: Path, *, csv: bool = False) -> None:
+    """Writes scenario.yaml, flight.npz, flight.csv if asked and, where there is a sample to measure, metrics.json."""
     flight.save(folder)
+    if csv:
+        flight.save_csv(folder / "flight.csv")
     if len(flight.time):
         write_metrics(flight, folder)

@@ -1,4 +1,4 @@
-"""Flies one scenario in closed loop and writes scenario.yaml, flight.npz and metrics.json."""
+"""Flies one scenario in closed loop and writes scenario.yaml, flight.npz, metrics.json and, if asked, flight.csv."""
 
 import sys
 
@@ -12,6 +12,7 @@ def main(argv: list[str] | None = None) -> int:
     parser = common.Parser(description=__doc__)
     common.add_scenario_arguments(parser, default="paper", out="results/SCENARIO/LAW")
     parser.add_argument("--law", choices=LAWS, help="the attitude law; wins over --set attitude_law.name=...")
+    parser.add_argument("--csv", action="store_true", help="write the flight as flight.csv too")
     try:
         arguments = parser.parse_args(argv)
         law = [] if arguments.law is None else [f"attitude_law.name={arguments.law}"]
@@ -24,10 +25,10 @@ def main(argv: list[str] | None = None) -> int:
     try:
         flight = common.fly(scenario)
     except FlightEnded as ended:
-        common.write_results(ended.flight, folder)
+        common.write_results(ended.flight, folder, csv=arguments.csv)
         print(f"error: {ended}; its {len(ended.flight.time)} samples are in {folder}", file=sys.stderr)
         return 130 if isinstance(ended, FlightInterrupted) else 1
-    common.write_results(flight, folder)
+    common.write_results(flight, folder, csv=arguments.csv)
     metrics = compute_metrics(flight)
     print(
         f"{metrics['law']}: {metrics['throughput_bit_per_hz']:.3f} bit/Hz over {flight.time[-1]:.2f} s, "

@@ -1,3 +1,5 @@
+import csv
+import re
 from pathlib import Path
 
 import numpy as np
@@ -8,12 +10,13 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, build_wired, run_flight
 from a2s_drake.airframe import add_airframe
-from a2s_drake.flight import array_names
+from a2s_drake.flight import array_columns, array_names, array_units
 from a2s_drake.mpc.controller import MpcController
 from a2s_drake.two_ray import TwoRayChannel
 from a2s_drake.wiring import export_outputs
 from diagrams import build_closed_loop, build_link_only
 from diagrams.reference import add_reference
+from tests.flights import made_up_flight
 
 
 @pytest.fixture
@@ -159,3 +162,83 @@ def test_other_errors_are_not_swallowed(short: Scenario) -> None:
 
     with pytest.raises(ZeroDivisionError, match="mine"):
         run_flight(sabotaged_loop(short, 0.2, fail), short)
+
+
+def table_of(path: Path) -> dict[str, np.ndarray]:
+    """A CSV file by Python's own reader, columns by name."""
+    with path.open(newline="", encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    return {name: np.array([float(row[place]) for row in rows]) for place, name in enumerate(header)}
+
+
+def test_csv_holds_every_value_exactly(short: Scenario, tmp_path: Path) -> None:
+    run_flight(build_closed_loop(short), short).save(tmp_path)
+    flight = Flight.load(tmp_path)
+    flight.save_csv(tmp_path / "new" / "flight.csv")
+    table = table_of(tmp_path / "new" / "flight.csv")
+    for name, columns in array_columns().items():
+        logged = getattr(flight, name).reshape(26, -1)
+        np.testing.assert_array_equal(np.column_stack([table.pop(column) for column in columns]), logged)
+    assert table == {}
+    assert [p.name for p in (tmp_path / "new").iterdir()] == ["flight.csv"]
+
+
+def test_csv_header_names_quantity_axis_and_unit() -> None:
+    assert list(made_up_flight().columns()) == [
+        "time_s",
+        *("position_x_m", "position_y_m", "position_z_m"),
+        *("roll_rad", "pitch_rad", "yaw_rad"),
+        *("velocity_x_m_per_s", "velocity_y_m_per_s", "velocity_z_m_per_s"),
+        *("angular_velocity_x_rad_per_s", "angular_velocity_y_rad_per_s", "angular_velocity_z_rad_per_s"),
+        *("rotor_speed_1_hz", "rotor_speed_2_hz", "rotor_speed_3_hz"),
+        *("rotor_speed_4_hz", "rotor_speed_5_hz", "rotor_speed_6_hz"),
+        *("position_reference_x_m", "position_reference_y_m", "position_reference_z_m"),
+        *("roll_reference_rad", "pitch_reference_rad", "yaw_reference_rad"),
+        *("ship_position_x_m", "ship_position_y_m", "ship_position_z_m"),
+        *("channel_gain", "snr_db", "spectral_efficiency_bit_per_s_per_hz", "phase_difference_rad"),
+        *("solver_success", "solver_iterations", "solver_fallback"),
+    ]
+
+
+def test_csv_of_a_flight_without_rotors_reads_nan(short: Scenario, tmp_path: Path) -> None:
+    flight = run_flight(build_link_only(short), short)
+    flight.save_csv(tmp_path / "flight.csv")
+    table = table_of(tmp_path / "flight.csv")
+    assert all(np.isnan(table[f"rotor_speed_{i}_hz"]).all() for i in range(1, 7))
+    np.testing.assert_array_equal(table["snr_db"], flight.snr_db)
+
+
+def test_csv_of_a_flight_that_never_began_is_its_header(tmp_path: Path) -> None:
+    full = made_up_flight()
+    empty = Flight(full.scenario, **{name: np.array([]) for name in array_names()})
+    empty.save_csv(tmp_path / "flight.csv")
+    assert (tmp_path / "flight.csv").read_text().splitlines() == [",".join(full.columns())]
+
+
+def test_csv_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch) -> None:
+    made_up_flight().save_csv(tmp_path / "flight.csv")
+    before = (tmp_path / "flight.csv").read_bytes()
+
+    class Breaking:
+        def __init__(self, file, **_) -> None:
+            self.file = file
+
+        def writerow(self, _) -> None:
+            self.file.write("half a")
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(csv, "writer", Breaking)
+    with pytest.raises(KeyboardInterrupt):
+        made_up_flight().save_csv(tmp_path / "flight.csv")
+    assert (tmp_path / "flight.csv").read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["flight.csv"]
+
+
+def test_the_docstring_states_shape_and_unit_of_every_array() -> None:
+    documented = re.findall(r"^ +(\w+): (.*), shape \((n,|n, \d)\)", Flight.__doc__ or "", re.MULTILINE)
+    flight = made_up_flight()
+    assert [name for name, _, _ in documented] == array_names()
+    for name, text, shape in documented:
+        width = {"n,": 1, "n, 3": 3, "n, 6": 6}[shape]
+        assert getattr(flight, name).size == width * len(flight.time)
+        assert (array_units()[name] or "dimensionless") in text.split(", ")

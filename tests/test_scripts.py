@@ -52,6 +52,13 @@ def test_simulate_from_its_own_scenario_gives_the_same_flight(tmp_path: Path) ->
         np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
 
 
+def test_simulate_writes_a_table_when_asked(tmp_path: Path) -> None:
+    assert simulate.main(["paper", *SHORT, "--csv", "--out", str(tmp_path)]) == 0
+    header, *rows = (tmp_path / "flight.csv").read_text().splitlines()
+    assert header == ",".join(Flight.load(tmp_path).columns())
+    assert len(rows) == 11
+
+
 def test_simulate_takes_overrides_in_order_and_in_groups(tmp_path: Path) -> None:
     overrides = ["--set", "mpc.horizon=20", "link.carrier_hz=5e8", "--set", "mpc.horizon=8"]
     assert simulate.main(["hover", "--duration", "0.1", *overrides, "--out", str(tmp_path)]) == 0
