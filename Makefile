@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help run reproduce robustness bench test test-slow check format clean
+.PHONY: help run reproduce robustness bench test test-slow check format docs clean
 
 help:
 	@echo "make run        fly the paper's mission under its three laws and print the comparison"
@@ -15,6 +15,7 @@ help:
 	@echo "make test-slow  the long flights that make test leaves out"
 	@echo "make check      ruff (lint and format) and mypy"
 	@echo "make format     rewrite the code in the project's format"
+	@echo "make docs       build the reference as pages into site/, to be opened from disk"
 	@echo "make clean      remove the environment, caches and results"
 
 $(VENV)/installed: pyproject.toml
@@ -54,5 +55,10 @@ format: $(VENV)/installed
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
+# mkdocs-material otherwise tells, on every build, of projects of its own.
+docs: $(VENV)/installed
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+	@echo "the reference is in site/index.html"
+
 clean:
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis results
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis results site

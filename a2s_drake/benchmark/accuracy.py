@@ -49,7 +49,8 @@ def deviation_percent(inputs: FloatArray, exact: FloatArray, airframe: Airframe)
     Both are clipped to that range, as what is applied is. Rows without a solution do not count.
 
     Args:
-      inputs, exact: Hz^2, each (n, 6).
+      inputs: what was applied, Hz^2, shape (n, 6).
+      exact: what should have been, Hz^2, shape (n, 6).
     Returns:
       None where no row counts.
     """

@@ -1,0 +1,148 @@
+"""MkDocs hooks: formulas to MathML, tables from the code, and the README as a page."""
+
+import ast
+import html
+import inspect
+import re
+import sys
+import xml.etree.ElementTree as ET
+from dataclasses import MISSING, Field, fields
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from latex2mathml.converter import convert
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.exceptions import PluginError
+from mkdocs.structure.files import File, Files
+
+TOOLS = Path(__file__).resolve().parent
+ROOT = TOOLS.parents[1]
+sys.path[:0] = [str(TOOLS), str(ROOT)]
+
+from comments import assignment_comments  # noqa: E402
+
+import a2s_drake  # noqa: E402
+from a2s_drake import flight, parameters  # noqa: E402
+from a2s_drake.checks import describe_limits  # noqa: E402
+
+_FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
+_MATHML = "{http://www.w3.org/1998/Math/MathML}"
+_CHILDREN = {"mfrac": 2, "msub": 2, "msup": 2, "munder": 2, "mover": 2, "msubsup": 3, "munderover": 3}
+_FOREIGN_LINK = re.compile(r"(?<!!)\[([^\]]*)\]\((?!https?:|docs/|#)[^)]*\)")
+
+
+def mathml(tex: str, *, display: bool) -> str:
+    """A formula as a MathML element.
+
+    Raises:
+      ValueError: when it cannot be converted. The converter itself passes on what it does not know.
+    """
+    try:
+        element = convert(tex, display="block" if display else "inline")
+        tree = ET.fromstring(element)
+    except Exception as error:  # The converter's errors share no base class.
+        raise ValueError(f"formula {tex!r}: {error!r}") from error
+    if tex.replace(r"\{", "").count("{") != tex.replace(r"\}", "").count("}"):
+        raise ValueError(f"formula {tex!r}: its braces do not match")
+    for part in tree.iter():
+        if "\\" in (part.text or ""):
+            raise ValueError(f"formula {tex!r}: {part.text} is not known")
+        expected = _CHILDREN.get(part.tag.removeprefix(_MATHML), len(part))
+        if len(part) != expected:
+            raise ValueError(f"formula {tex!r}: something is missing")
+    return element
+
+
+def scenario_tables() -> str:
+    """Markdown of every scenario field: name, default, allowed values, meaning."""
+    comments = assignment_comments(inspect.getsource(parameters))
+    lines: list[str] = []
+    for section in fields(a2s_drake.Scenario):
+        part: Any = section.default_factory  # type: ignore[misc]
+        lines += ["", f"## {section.name}", "", inspect.getdoc(part) or "", ""]
+        lines += ["| field | default | allowed | meaning |", "|---|---|---|---|"]
+        for entry in fields(part):
+            meaning = comments[f"{part.__name__}.{entry.name}"]
+            cells = [f"`{section.name}.{entry.name}`", f"`{_default(entry)}`", _allowed(entry), _escaped(meaning)]
+            lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _default(entry: Field[Any]) -> str:
+    value = entry.default if entry.default_factory is MISSING else entry.default_factory()
+    return "null" if value is None else str(value)
+
+
+def _allowed(entry: Field[Any]) -> str:
+    limits = dict(entry.metadata)
+    length = limits.pop("length", None)
+    if "choices" in limits:
+        return ", ".join(f"`{choice}`" for choice in limits["choices"])
+    words = describe_limits(limits).removeprefix("must be finite, ")
+    return words if length is None else f"{length} entries, each {words}"
+
+
+def _escaped(text: str) -> str:
+    return re.sub(r"[|<>*_\[\]]", lambda match: f"&#{ord(match[0])};", text)
+
+
+def flight_table() -> str:
+    """Markdown of every array of a flight, and of its columns as CSV."""
+    stated = dict(re.findall(r"^ +(\w+): (.*), shape ", flight.Flight.__doc__ or "", re.MULTILINE))
+    shapes = dict(re.findall(r"^ +(\w+): .*, shape (\(.*?\))", flight.Flight.__doc__ or "", re.MULTILINE))
+    lines = ["| array | shape | unit | what | columns of `flight.csv` |", "|---|---|---|---|---|"]
+    columns, units = flight.array_columns(), flight.array_units()
+    for name in flight.array_names():
+        unit = units[name]
+        what = ", ".join(word for word in stated[name].split(", ") if word not in (unit, "dimensionless"))
+        listed = " ".join(f"`{column}`" for column in columns[name])
+        lines.append(f"| `{name}` | {shapes[name]} | {unit or '1'} | {_escaped(what)} | {listed} |")
+    return "\n".join(lines)
+
+
+def public_names() -> str:
+    """Markdown of every public name: a link to its entry and its first line."""
+    lines = ["| name | what it is |", "|---|---|"]
+    tree = ast.parse(Path(a2s_drake.__file__).read_text(encoding="utf-8"))
+    modules = {alias.name: node.module for node in tree.body if isinstance(node, ast.ImportFrom) for alias in node.names}
+    for name in a2s_drake.__all__:
+        module = modules[name]
+        comments = assignment_comments(inspect.getsource(import_module(str(module))))
+        said = comments.get(name) or inspect.getdoc(getattr(a2s_drake, name)) or ""
+        first = said.split("\n")[0].split(". ")[0].rstrip(".")
+        lines.append(f"| [`{name}`][{module}.{name}] | {_escaped(first)} |")
+    return "\n".join(lines)
+
+
+_TABLES = {"scenario-tables": scenario_tables, "flight-table": flight_table, "public-names": public_names}
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Adds the README as a page. Its links to files that are no part of the site become plain text."""
+    readme = _FOREIGN_LINK.sub(r"\1", (ROOT / "README.md").read_text(encoding="utf-8"))
+    files.append(File.generated(config, "readme.md", content=readme.replace("](docs/", "](")))
+    return files
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Fills in the tables that are made from the code."""
+    return re.sub(r"<!-- table: ([\w-]+) -->", lambda match: _TABLES[match[1]](), markdown)
+
+
+def on_page_content(page_html: str, page: Any, **_: Any) -> str:
+    """Turns formulas into MathML.
+
+    Raises:
+      PluginError: for a formula that cannot be converted; it ends the build.
+    """
+
+    def converted(match: re.Match[str]) -> str:
+        block = match[1] == "div"
+        element = mathml(html.unescape(match[2]).strip(), display=block)
+        return f'<div class="formula">{element}</div>' if block else element
+
+    try:
+        return _FORMULA.sub(converted, page_html)
+    except ValueError as error:
+        raise PluginError(f"{page.file.src_uri}: {error}") from error
