@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import griffe
-
 from comments import assignment_comments  # type: ignore[import-not-found]
 
 _SECTION = re.compile(r"(?<=[^\n])\n(?=(?:Args|Attributes|Raises|Returns|Yields):\n)")

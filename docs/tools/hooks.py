@@ -24,10 +24,11 @@ from comments import assignment_comments  # noqa: E402
 
 import a2s_drake  # noqa: E402
 from a2s_drake import flight, parameters  # noqa: E402
-from a2s_drake.checks import describe_limits  # noqa: E402
 
 _FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
+_CELL_NAME = re.compile(r"(?<=<code>)[\w.]{16,}(?=</code>)")
 _MATHML = "{http://www.w3.org/1998/Math/MathML}"
+ET.register_namespace("", _MATHML.strip("{}"))
 _CHILDREN = {"mfrac": 2, "msub": 2, "msup": 2, "munder": 2, "mover": 2, "msubsup": 3, "munderover": 3}
 _FOREIGN_LINK = re.compile(r"(?<!!)\[([^\]]*)\]\((?!https?:|docs/|#)[^)]*\)")
 
@@ -51,7 +52,20 @@ def mathml(tex: str, *, display: bool) -> str:
         expected = _CHILDREN.get(part.tag.removeprefix(_MATHML), len(part))
         if len(part) != expected:
             raise ValueError(f"formula {tex!r}: something is missing")
-    return element
+        _space_operators(part)
+    return ET.tostring(tree, encoding="unicode")
+
+
+def _space_operators(parent: ET.Element) -> None:
+    """Sets bars and slashes tight, and signs like signs: the converter marks neither, and browsers guess."""
+    before = "("
+    for part in parent:
+        symbol = (part.text or "") if part.tag == f"{_MATHML}mo" else ""
+        if symbol in ("|", "\u2016", "/"):
+            part.attrib |= {"stretchy": "false", "lspace": "0", "rspace": "0"}
+        elif symbol in ("-", "+", "\u2212", "\u00b1") and before and before in "(=[,<\u2264":
+            part.attrib |= {"form": "prefix", "lspace": "0", "rspace": "0"}
+        before = symbol
 
 
 def scenario_tables() -> str:
@@ -79,7 +93,8 @@ def _allowed(entry: Field[Any]) -> str:
     length = limits.pop("length", None)
     if "choices" in limits:
         return ", ".join(f"`{choice}`" for choice in limits["choices"])
-    words = describe_limits(limits).removeprefix("must be finite, ")
+    signs = {"above": ">", "at_least": "\u2265", "below": "<", "at_most": "\u2264"}
+    words = html.escape(", ".join(f"{signs[key]} {limit:g}" for key, limit in limits.items()))
     return words if length is None else f"{length} entries, each {words}"
 
 
@@ -105,7 +120,8 @@ def public_names() -> str:
     """Markdown of every public name: a link to its entry and its first line."""
     lines = ["| name | what it is |", "|---|---|"]
     tree = ast.parse(Path(a2s_drake.__file__).read_text(encoding="utf-8"))
-    modules = {alias.name: node.module for node in tree.body if isinstance(node, ast.ImportFrom) for alias in node.names}
+    imports = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
+    modules = {alias.name: node.module for node in imports for alias in node.names}
     for name in a2s_drake.__all__:
         module = modules[name]
         comments = assignment_comments(inspect.getsource(import_module(str(module))))
@@ -131,7 +147,7 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
 
 
 def on_page_content(page_html: str, page: Any, **_: Any) -> str:
-    """Turns formulas into MathML.
+    """Turns formulas into MathML, and lets long names in tables break at dots and underscores.
 
     Raises:
       PluginError: for a formula that cannot be converted; it ends the build.
@@ -143,6 +159,7 @@ def on_page_content(page_html: str, page: Any, **_: Any) -> str:
         return f'<div class="formula">{element}</div>' if block else element
 
     try:
-        return _FORMULA.sub(converted, page_html)
+        page_html = _FORMULA.sub(converted, page_html)
+        return _CELL_NAME.sub(lambda match: re.sub(r"([._])(?=\w)", r"\1<wbr>", match[0]), page_html)
     except ValueError as error:
         raise PluginError(f"{page.file.src_uri}: {error}") from error
