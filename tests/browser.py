@@ -28,16 +28,20 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def open_page(browser: Browser) -> Iterator[Callable[..., Page]]:
-    """Opens a file in a tab of its own. At the end no tab may have fetched anything or raised an error."""
+    """Opens a file in a tab of its own. At the end no tab may have fetched anything or raised an error.
+
+    A page that consists of several files names the `folder` that holds them all, and may load from it.
+    """
     tabs: list[Page] = []
     fetched: list[str] = []
     errors: list[str] = []
 
-    def open_one(path: Path, width: int = 1300, height: int = 900) -> Page:
+    def open_one(path: Path, width: int = 1300, height: int = 900, folder: Path | None = None) -> Page:
         tab = browser.new_page(viewport={"width": width, "height": height})
         tabs.append(tab)
         own = path.resolve().as_uri()
-        tab.on("request", lambda request: fetched.append(request.url) if _is_fetched(request.url, own) else None)
+        home = own if folder is None else f"{folder.resolve().as_uri()}/"
+        tab.on("request", lambda request: fetched.append(request.url) if _is_fetched(request.url, own, home) else None)
         tab.on("pageerror", lambda error: errors.append(str(error)))
         tab.goto(own)
         return tab
@@ -49,5 +53,6 @@ def open_page(browser: Browser) -> Iterator[Callable[..., Page]]:
     assert errors == []
 
 
-def _is_fetched(url: str, own: str) -> bool:
-    return url != own and not url.startswith(("data:", "blob:"))
+def _is_fetched(url: str, own: str, home: str) -> bool:
+    inside = home.endswith("/") and url.startswith(home)
+    return url != own and not inside and not url.startswith(("data:", "blob:"))

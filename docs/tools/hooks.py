@@ -26,7 +26,6 @@ import a2s_drake  # noqa: E402
 from a2s_drake import flight, parameters  # noqa: E402
 
 _FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
-_CELL_NAME = re.compile(r"(?<=<code>)[\w.]{16,}(?=</code>)")
 _MATHML = "{http://www.w3.org/1998/Math/MathML}"
 ET.register_namespace("", _MATHML.strip("{}"))
 _CHILDREN = {"mfrac": 2, "msub": 2, "msup": 2, "munder": 2, "mover": 2, "msubsup": 3, "munderover": 3}
@@ -147,19 +146,21 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
 
 
 def on_page_content(page_html: str, page: Any, **_: Any) -> str:
-    """Turns formulas into MathML, and lets long names in tables break at dots and underscores.
+    """Turns formulas into MathML.
 
     Raises:
       PluginError: for a formula that cannot be converted; it ends the build.
     """
 
     def converted(match: re.Match[str]) -> str:
-        block = match[1] == "div"
-        element = mathml(html.unescape(match[2]).strip(), display=block)
-        return f'<div class="formula">{element}</div>' if block else element
+        tex, block = html.unescape(match[2]).strip(), match[1] == "div"
+        if not block:
+            return mathml(tex, display=False)
+        # On a narrow page the statements of a line stand one below the other.
+        statements = "".join(mathml(statement, display=True) for statement in tex.split(r"\qquad"))
+        return f'<div class="formula">{statements}</div>'
 
     try:
-        page_html = _FORMULA.sub(converted, page_html)
-        return _CELL_NAME.sub(lambda match: re.sub(r"([._])(?=\w)", r"\1<wbr>", match[0]), page_html)
+        return _FORMULA.sub(converted, page_html)
     except ValueError as error:
         raise PluginError(f"{page.file.src_uri}: {error}") from error
