@@ -141,6 +141,7 @@ def test_every_public_name_and_every_module_has_an_entry(site: Path) -> None:
         link = re.search(rf'href="([\w.]+)#([\w.]+\.{name})"', listed)
         assert link, name
         assert link[2] in anchors(site / "api" / link[1])
+    assert not re.search(r"<td>\s*</td>|&amp;#", listed)
     modules = [*(ROOT / "a2s_drake").rglob("*.py"), *(ROOT / "diagrams").glob("*.py")]
     for module in modules:
         dotted = ".".join(module.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")

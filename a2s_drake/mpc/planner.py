@@ -39,7 +39,7 @@ _OFF_SINGULARITY = 0.05
 class Fallback(IntEnum):
     """Where an input came from: the problem as posed, or one of the stand-ins in the order they are tried."""
 
-    NONE = 0
+    NONE = 0  # the problem as posed was solved
     SOFTENED = 1  # the same problem with the state bounds as penalties, if need be around a fresh guess
     SHIFTED_PLAN = 2  # the previous plan, one period on
     HOVER = 3  # the rotor speeds that carry the level vehicle at rest

@@ -1,7 +1,6 @@
 """What griffe does not see for itself: blocks over scalar types, comments beside fields, sections without a gap."""
 
 import ast
-import html
 import re
 from functools import cache
 from pathlib import Path
@@ -70,7 +69,7 @@ def _callee(node: ast.expr) -> str:
 
 def _prepare(item: griffe.Object) -> None:
     if item.docstring is not None:
-        item.docstring.value = _as_markdown(html.unescape(item.docstring.value))
+        item.docstring.value = _as_markdown(item.docstring.value)
     for member in item.members.values():
         if not member.is_alias:
             _prepare(member)

@@ -9,6 +9,7 @@ import xml.etree.ElementTree as ET
 from dataclasses import MISSING, Field, fields
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from latex2mathml.converter import convert
@@ -98,7 +99,11 @@ def _allowed(entry: Field[Any]) -> str:
 
 
 def _escaped(text: str) -> str:
-    return re.sub(r"[|<>*_\[\]]", lambda match: f"&#{ord(match[0])};", text)
+    """A text that Markdown shows as it is, but for its code."""
+    pieces = re.split(r"(`[^`]*`)", text.replace("\n", " "))
+    for place in range(0, len(pieces), 2):
+        pieces[place] = re.sub(r"[|<>*_\[\]]", lambda match: f"&#{ord(match[0])};", pieces[place])
+    return "".join(pieces)
 
 
 def flight_table() -> str:
@@ -116,18 +121,28 @@ def flight_table() -> str:
 
 
 def public_names() -> str:
-    """Markdown of every public name: a link to its entry and its first line."""
+    """Markdown of every public name: a link to its entry and its first sentence."""
     lines = ["| name | what it is |", "|---|---|"]
-    tree = ast.parse(Path(a2s_drake.__file__).read_text(encoding="utf-8"))
-    imports = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
-    modules = {alias.name: node.module for node in imports for alias in node.names}
+    imports = [node for node in _tree(a2s_drake).body if isinstance(node, ast.ImportFrom)]
+    modules = {alias.name: str(node.module) for node in imports for alias in node.names}
     for name in a2s_drake.__all__:
-        module = modules[name]
-        comments = assignment_comments(inspect.getsource(import_module(str(module))))
-        said = comments.get(name) or inspect.getdoc(getattr(a2s_drake, name)) or ""
-        first = said.split("\n")[0].split(". ")[0].rstrip(".")
-        lines.append(f"| [`{name}`][{module}.{name}] | {_escaped(first)} |")
+        said = _documentation(import_module(modules[name]), name)
+        # A full stop behind a capital is an initial's.
+        first = re.split(r"(?<=[^A-Z])\.(?:\s|$)", said)[0].rstrip(".")
+        lines.append(f"| [`{name}`][{modules[name]}.{name}] | {_escaped(first)} |")
     return "\n".join(lines)
+
+
+def _tree(module: ModuleType) -> ast.Module:
+    return ast.parse(inspect.getsource(module))
+
+
+def _documentation(module: ModuleType, name: str) -> str:
+    """What a module's source says of a name, or, for a block that a template makes, what the block says."""
+    for node in _tree(module).body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name == name:
+            return ast.get_docstring(node) or ""
+    return assignment_comments(inspect.getsource(module)).get(name) or inspect.getdoc(getattr(module, name)) or ""
 
 
 _TABLES = {"scenario-tables": scenario_tables, "flight-table": flight_table, "public-names": public_names}
