@@ -3,7 +3,7 @@
 import csv
 import zipfile
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
 from time import perf_counter
@@ -18,6 +18,9 @@ from a2s_drake.files import written_whole
 from a2s_drake.mpc.controller import SolverStatus
 from a2s_drake.mpc.planner import Fallback as Fallback
 from a2s_drake.scenario import Scenario
+
+# One row of a flight: what was logged at one time, by the names of the arrays of `Flight`.
+Sample = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -92,6 +95,10 @@ class Flight:
     def has_rotors(self) -> bool:
         """Whether a vehicle with rotors and a controller flew, rather than an ideal one."""
         return bool(np.isfinite(self.rotor_speed).any())
+
+    def sample(self, row: int) -> Sample:
+        """What was logged at t_k, k being the row."""
+        return {name: getattr(self, name)[row] for name in array_names()}
 
     def save(self, folder: Path | str) -> None:
         """Writes `scenario.yaml` and `flight.npz` into a folder, which is made where it is missing."""
@@ -177,13 +184,22 @@ class FlightInterrupted(FlightEnded):
     """A flight that its user interrupted."""
 
 
-def run_flight(diagram: Diagram, scenario: Scenario, progress: Callable[[int], Any] | None = None) -> Flight:
+def run_flight(
+    diagram: Diagram,
+    scenario: Scenario,
+    progress: Callable[[int], Any] | None = None,
+    *,
+    observer: Callable[[Sample], Any] | None = None,
+    target_realtime_rate: float = 0.0,
+) -> Flight:
     """Simulates a diagram over a scenario's duration and logs the ports that it exports.
 
     Args:
       diagram: `closed_loop` or `link_only` of `diagrams.BUILDERS`, built for this scenario, or one of the user's that
         exports the same ports.
       progress: called with 1 after each sample.
+      observer: called with each sample as soon as it is logged; it must not change what it is given.
+      target_realtime_rate: how fast simulated time may pass over wall-clock time; 0 means as fast as it can.
     Raises:
       FlightEnded: when the vehicle's state is no longer finite, or Drake refuses to go on; names time and reason.
       FlightInterrupted: on KeyboardInterrupt.
@@ -193,6 +209,7 @@ def run_flight(diagram: Diagram, scenario: Scenario, progress: Callable[[int], A
         integration_scheme=scenario.simulation.integrator,
         max_step_size=scenario.simulation.max_step_size,
         use_error_control=False,
+        target_realtime_rate=target_realtime_rate,
     )
     ApplySimulatorConfig(config, simulator)
     context = simulator.get_context()
@@ -217,6 +234,8 @@ def run_flight(diagram: Diagram, scenario: Scenario, progress: Callable[[int], A
             rows.append(row | _read_input(diagram, context))
             if progress is not None:
                 progress(1)
+            if observer is not None:
+                observer(rows[-1])
     except KeyboardInterrupt:
         raise FlightInterrupted(f"interrupted at t = {context.get_time():.2f} s", log()) from None
     except (RuntimeError, FloatingPointError) as error:  # Drake's own complaints, and ours about the state

@@ -49,6 +49,18 @@ def path_lengths(antenna: Array, ship: Array, link: Link) -> tuple[Array, Array]
     return np.sqrt((direct * direct).sum(axis=-1)), np.sqrt((image * image).sum(axis=-1))
 
 
+def specular_point(antenna: Array, ship: Array, link: Link) -> Array:
+    """Where the reflected ray meets the sea, m, W, shape (..., 3): on the straight line to the image, at sea level.
+
+    Args:
+      antenna: the UAV antenna's phase centre, above the sea, m, W, shape (..., 3).
+      ship: the ship's reference point at sea level, m, W, shape (..., 3).
+    """
+    _, image = ship_antenna_and_image(ship, link)
+    height = antenna[..., 2:] - ship[..., 2:]
+    return antenna + height / (height + link.ship_antenna_height) * (image - antenna)
+
+
 def phase_difference(d_los: Array, d_ref: Array, link: Link) -> Array:
     """Phase lag dPhi of the reflected behind the direct ray by path length alone, rad, unwrapped (eq. 4)."""
     return (2.0 * np.pi / link.wavelength) * (d_ref - d_los)

@@ -1,6 +1,7 @@
 """What the scripts share: their command line, flying a scenario, writing its results."""
 
 import argparse
+import contextlib
 import os
 import sys
 import threading
@@ -8,7 +9,7 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from tqdm import tqdm
 
@@ -16,7 +17,9 @@ import a2s_drake
 import diagrams
 from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, ScenarioError, run_flight
 from a2s_drake.campaign import worker_processes
+from a2s_drake.flight import Sample
 from a2s_drake.metrics import write_metrics
+from a2s_drake.replay import Scene, start_meshcat, write_replay
 from a2s_drake.store import FlightStore, code_digest, fly_kept
 from diagrams import build_closed_loop, load_scenario
 
@@ -155,11 +158,16 @@ def check_file(path: Path, option: str) -> None:
         raise UsageError(f"{option} {path}: cannot be written")
 
 
-def fly(scenario: Scenario, row: int = 0) -> Flight:
-    """Flies a validated scenario in closed loop, with a progress bar in the given row of the terminal."""
+def fly(scenario: Scenario, row: int = 0, observer: Callable[[Sample], Any] | None = None) -> Flight:
+    """Flies a validated scenario in closed loop, with a progress bar in the given row of the terminal.
+
+    With an observer, which is called with each sample, it flies no faster than real time.
+    """
     label = scenario.attitude_law.name
     with tqdm(total=len(scenario.sample_times()), desc=label, position=row, leave=False, disable=None) as bar:
-        return run_flight(build_closed_loop(scenario), scenario, bar.update)
+        rate = 0.0 if observer is None else 1.0
+        diagram = build_closed_loop(scenario)
+        return run_flight(diagram, scenario, bar.update, observer=observer, target_realtime_rate=rate)
 
 
 def fly_quietly(scenario: Scenario, _place: int) -> Flight:
@@ -197,10 +205,48 @@ def check_jobs(jobs: int) -> None:
         raise UsageError(f"--jobs {jobs}: must be at least 1")
 
 
-def write_results(flight: Flight, folder: Path, *, csv: bool = False) -> None:
-    """Writes scenario.yaml, flight.npz, flight.csv if asked and, where there is a sample to measure, metrics.json."""
+def add_replay_argument(parser: argparse.ArgumentParser, shown: str) -> None:
+    """Adds `[--replay]`."""
+    parser.add_argument("--replay", action="store_true", help=f"also write replay.html, which shows {shown} in motion")
+
+
+def write_results(flight: Flight, folder: Path, *, csv: bool = False, replay: bool = False) -> None:
+    """Writes scenario.yaml, flight.npz and, where there is a sample to measure, metrics.json; on request the others.
+
+    A flight.csv or replay.html of an earlier flight in this folder goes, so that all in it is of one flight.
+
+    Raises:
+      OSError: when the disk refuses, or the replay cannot be made.
+    """
+    for name in ("flight.csv", "replay.html"):
+        (folder / name).unlink(missing_ok=True)
     flight.save(folder)
     if csv:
         flight.save_csv(folder / "flight.csv")
     if len(flight.time):
         write_metrics(flight, folder)
+        if replay:
+            write_replay(flight, folder / "replay.html")
+
+
+def open_live_view(scenario: Scenario) -> Scene:
+    """A live view of a scenario's flight, whose address is printed.
+
+    Raises:
+      UsageError: when it cannot be served.
+    """
+    try:
+        meshcat = start_meshcat()
+    except OSError as error:
+        raise UsageError(f"--meshcat: {error}") from error
+    scene = Scene(meshcat, scenario)
+    print(f"live view: {meshcat.web_url()}", flush=True)
+    return scene
+
+
+def keep_serving() -> None:
+    """Waits for Enter or Ctrl-C where a person sits at the terminal, so that a live view stays open."""
+    if sys.stdin is not None and sys.stdin.isatty():
+        print("the live view stays open until you press Enter", flush=True)
+        with contextlib.suppress(KeyboardInterrupt, EOFError):
+            input()

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import diagrams
 from a2s_drake.publish import publish
-from a2s_drake.reproduction import HEADLINE, PRINTED, planned_flights
+from a2s_drake.replay import write_replay
+from a2s_drake.reproduction import HEADLINE, PRINTED, headline_flights, planned_flights
 from scripts import common
 
 
@@ -15,6 +16,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--quick", action="store_true", help="the headline scenario alone")
     common.add_out_argument(parser, "results/reproduce, or results/reproduce-quick")
     common.add_jobs_argument(parser)
+    common.add_replay_argument(parser, "the headline flight under three axes")
     try:
         arguments = parser.parse_args(argv)
         common.check_jobs(arguments.jobs)
@@ -33,7 +35,9 @@ def main(argv: list[str] | None = None) -> int:
         return ended.code
     gains = publish(bases, flights, out, quick=arguments.quick)["headline"]["gain_percent"]
     print(f"three axes over level {gains['over_level']:+.2f} %, over pitch only {gains['over_pitch_only']:+.2f} %")
-    print(f"report.html, results.json and figures are in {out}")
+    if arguments.replay:
+        write_replay(headline_flights(flights)["three_axis"], out / "replay.html")
+    print(f"report.html, results.json{', replay.html' if arguments.replay else ''} and figures are in {out}")
     return 0
 
 

@@ -190,6 +190,15 @@ def test_reproduce_writes_report_results_and_figures(reproducing: list[str], tmp
     assert printed.err == ""
 
 
+def test_reproduce_writes_a_replay_of_the_headline_flight_where_asked(
+    reproducing: list[str], tmp_path: Path, capsys
+) -> None:
+    assert reproduce.main(["--quick", "--replay", "--out", str(tmp_path)]) == 0
+    assert len(reproducing) == 3
+    assert "<title>a2s_drake: three_axis, 40 s</title>" in (tmp_path / "replay.html").read_text()
+    assert "results.json, replay.html and figures" in capsys.readouterr().out
+
+
 def test_a_second_reproduction_flies_nothing_and_says_the_same(reproducing: list[str], tmp_path: Path) -> None:
     assert reproduce.main(["--quick", "--out", str(tmp_path)]) == 0
     kept = {name: (tmp_path / name).read_bytes() for name in ("report.html", "results.json", "figures/outage.svg")}
