@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 import a2s_drake
 import diagrams
-from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, ScenarioError, run_flight
+from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, ScenarioError, compute_metrics, run_flight
 from a2s_drake.campaign import worker_processes
 from a2s_drake.flight import Sample
 from a2s_drake.metrics import write_metrics
@@ -227,6 +227,16 @@ def write_results(flight: Flight, folder: Path, *, csv: bool = False, replay: bo
         write_metrics(flight, folder)
         if replay:
             write_replay(flight, folder / "replay.html")
+
+
+def summary(flight: Flight) -> str:
+    """A flight in one line."""
+    metrics = compute_metrics(flight)
+    return (
+        f"{metrics['law']}: {metrics['throughput_bit_per_hz']:.3f} bit/Hz over {flight.time[-1]:.2f} s, "
+        f"position error at most {100 * metrics['position_error_max_m']:.1f} cm, {metrics['solver']['failures']} "
+        f"solver failures, {metrics['real_time_factor']:.2g} times real time"
+    )
 
 
 def open_live_view(scenario: Scenario) -> Scene:

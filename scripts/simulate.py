@@ -1,9 +1,9 @@
-"""Flies one scenario in closed loop and writes scenario.yaml, flight.npz, metrics.json; flight.csv, replay.html if asked."""
+"""Flies one scenario in closed loop and writes its scenario.yaml, flight.npz and metrics.json."""
 
 import sys
 from pathlib import Path
 
-from a2s_drake import FlightEnded, FlightInterrupted, Scenario, compute_metrics
+from a2s_drake import FlightEnded, FlightInterrupted, Scenario
 from a2s_drake.parameters import LAWS
 from a2s_drake.replay import Scene
 from scripts import common
@@ -28,7 +28,7 @@ def main(argv: list[str] | None = None) -> int:
         print(f"error: {error}", file=sys.stderr)
         return 2
     code = fly_and_write(scenario, folder, view, csv=arguments.csv, replay=arguments.replay)
-    if view is not None and code != 130:
+    if view and code != 130:
         common.keep_serving()
     return code
 
@@ -44,16 +44,11 @@ def fly_and_write(scenario: Scenario, folder: Path, view: Scene | None, **wanted
     except OSError as failure:
         print(f"error: {failure}", file=sys.stderr)
         return 1
-    if ended is not None:
+    if ended:
         print(f"error: {ended}; its {len(flight.time)} samples are in {folder}", file=sys.stderr)
         return 130 if isinstance(ended, FlightInterrupted) else 1
-    metrics = compute_metrics(flight)
-    print(
-        f"{metrics['law']}: {metrics['throughput_bit_per_hz']:.3f} bit/Hz over {flight.time[-1]:.2f} s, "
-        f"position error at most {100 * metrics['position_error_max_m']:.1f} cm, "
-        f"{metrics['solver']['failures']} solver failures, {metrics['real_time_factor']:.2g} times real time\n"
-        f"written to {folder}" + (f"; to watch it, open {folder / 'replay.html'}" if wanted["replay"] else "")
-    )
+    print(common.summary(flight))
+    print(f"written to {folder}" + (f"; to watch it, open {folder / 'replay.html'}" if wanted["replay"] else ""))
     return 0
 
 

@@ -14,10 +14,12 @@ import pytest
 import a2s_drake
 from a2s_drake import Scenario
 from a2s_drake.flight import array_columns
+from diagrams import BUILDERS
+from tests.markdown import ROOT, code_blocks
 
-ROOT = Path(__file__).parents[1]
 PAGES = sorted(path.relative_to(ROOT / "docs").with_suffix(".html") for path in (ROOT / "docs").rglob("*.md"))
 PAGES.append(Path("readme.html"))
+DRAWN = [Path("drawn", f"{name}.html") for name in BUILDERS]
 
 
 def build(site: Path) -> subprocess.CompletedProcess[str]:
@@ -63,7 +65,7 @@ class Elements(HTMLParser):
 
 def test_every_page_is_built_and_none_holds_anything_from_elsewhere(site: Path) -> None:
     built = sorted(path.relative_to(site) for path in site.rglob("*.html"))
-    assert built == sorted([*PAGES, Path("404.html")])
+    assert built == sorted([*PAGES, *DRAWN, Path("404.html")])
     for page in built:
         for tag, attributes in Elements(site / page).tags:
             # An anchor is followed only when it is clicked.
@@ -81,6 +83,20 @@ def test_every_page_opens_from_disk_and_fits(page: Path, site: Path, open_page) 
     for width in (1300, 400):
         tab.set_viewport_size({"width": width, "height": 900})
         assert tab.evaluate("document.documentElement.scrollWidth - window.innerWidth") <= 0
+
+
+def test_pages_link_to_diagrams_that_fold(site: Path, open_page) -> None:
+    tab = open_page(site / "blocks.html", folder=site)
+    tab.locator("a[href='drawn/closed_loop.html']").click()
+    tab.get_by_role("button", name="fold airframe").click()
+    assert tab.locator("#picture .closed").count() == 1
+
+
+def test_the_readmes_diagram_is_drawn_without_mermaid(site: Path, open_page) -> None:
+    tab = open_page(site / "readme.html", folder=site)
+    width = "image => image.decode().then(() => image.naturalWidth)"
+    assert tab.locator("img[src='drawn/closed_loop.svg']").evaluate(width) > 500
+    assert "flowchart LR" not in tab.locator("article").inner_text()
 
 
 def test_search_works_from_disk(site: Path, open_page) -> None:
@@ -177,7 +193,7 @@ def test_tables_list_every_field_and_every_column(site: Path) -> None:
 @pytest.mark.parametrize("page", ["maths.md", "blocks.md", "files.md"])
 def test_snippets_run(page: str, capsys, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    snippets = re.findall(r"^```python\n(.*?)^```", (ROOT / "docs" / page).read_text(encoding="utf-8"), re.M | re.S)
+    snippets = [block.text for block in code_blocks(ROOT / "docs" / page) if block.language == "python"]
     assert snippets
     names: dict[str, object] = {"__name__": page}
     for snippet in snippets:

@@ -1,4 +1,4 @@
-"""MkDocs hooks: formulas to MathML, tables from the code, and the README as a page."""
+"""MkDocs hooks: formulas to MathML, tables and diagrams from the code, and the README as a page."""
 
 import ast
 import html
@@ -25,11 +25,14 @@ from comments import assignment_comments  # noqa: E402
 
 import a2s_drake  # noqa: E402
 from a2s_drake import flight, parameters  # noqa: E402
+from a2s_drake.graph import as_html, as_svg, read_graph  # noqa: E402
+from diagrams import BUILDERS  # noqa: E402
 
 _FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 _MATHML = "{http://www.w3.org/1998/Math/MathML}"
 ET.register_namespace("", _MATHML.strip("{}"))
 _CHILDREN = {"mfrac": 2, "msub": 2, "msup": 2, "munder": 2, "mover": 2, "msubsup": 3, "munderover": 3}
+_MERMAID = re.compile(r"<!-- show_diagram (\w+) [^\n]*mermaid -->\n```mermaid\n.*?```", re.DOTALL)
 _FOREIGN_LINK = re.compile(r"(?<!!)\[([^\]]*)\]\((?!https?:|docs/|#)[^)]*\)")
 
 
@@ -149,8 +152,17 @@ _TABLES = {"scenario-tables": scenario_tables, "flight-table": flight_table, "pu
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Adds the README as a page. Its links to files that are no part of the site become plain text."""
+    """Adds the diagrams, and the README as a page.
+
+    Mermaid would need a script, so the README's diagram is drawn here; its links to files that are no part of the site
+    become plain text.
+    """
+    for name, build in BUILDERS.items():
+        graph = read_graph(build(a2s_drake.Scenario()))
+        files.append(File.generated(config, f"drawn/{name}.svg", content=as_svg(graph)))
+        files.append(File.generated(config, f"drawn/{name}.html", content=as_html(graph)))
     readme = _FOREIGN_LINK.sub(r"\1", (ROOT / "README.md").read_text(encoding="utf-8"))
+    readme = _MERMAID.sub(r"![The diagram \1](drawn/\1.svg)", readme)
     files.append(File.generated(config, "readme.md", content=readme.replace("](docs/", "](")))
     return files
 
