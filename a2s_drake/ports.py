@@ -1,4 +1,4 @@
-"""What the signals between blocks are measured in, by the names of their ports."""
+"""What the signals between blocks are measured in."""
 
 _STATE = "m, rad, m/s, rad/s"
 
@@ -20,7 +20,12 @@ PORT_UNITS: dict[str, str] = {
     "spectral_efficiency": "bit/s/Hz",
     "phase_difference": "rad",
     "plant_state": "1, m, rad/s, m/s",
-    "body_poses": "m",
     "spatial_forces": "N m, N",
 }
-"""Name to unit, for the ports of this library's blocks; the parts of a mixed signal in the order that they stand."""
+"""Port name to unit, for this library's blocks; the parts of a mixed signal in the order that they stand."""
+
+DRAKE_PORT_UNITS: dict[tuple[str, str], str] = {
+    ("MultibodyPlant", "body_poses"): "1, m",
+    ("Propeller", "spatial_forces"): "N m, N",
+}
+"""Class and port name to unit, for blocks of Drake's whose ports are wired to none of ours."""

@@ -4,13 +4,13 @@ import sys
 from pathlib import Path
 
 from a2s_drake.files import written_whole
-from a2s_drake.graph import FORMATS, GraphvizMissing, read_graph
+from a2s_drake.graph import FORMATS, GraphvizError, read_graph
 from diagrams import BUILDERS
 from scripts import common
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Returns 0; 2 for input that cannot be worked with; 1 when Graphviz is missing."""
+    """Returns 0; 2 for input that cannot be worked with; 1 when Graphviz is missing or fails."""
     parser = common.Parser(description=__doc__)
     parser.add_argument("name", nargs="?", metavar="NAME", help=f"the diagram: {', '.join(BUILDERS)}")
     parser.add_argument("--format", choices=FORMATS, default="text", help="default: %(default)s")
@@ -38,8 +38,8 @@ def main(argv: list[str] | None = None) -> int:
         return 2
     try:
         drawn = FORMATS[arguments.format](read_graph(BUILDERS[arguments.name](scenario), arguments.depth))
-    except GraphvizMissing as missing:
-        print(f"error: {missing}", file=sys.stderr)
+    except GraphvizError as failure:
+        print(f"error: {failure}", file=sys.stderr)
         return 1
     if arguments.out is None:
         print(drawn, end="")

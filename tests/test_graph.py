@@ -9,10 +9,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pydrake.systems.framework import Diagram, DiagramBuilder, InputPortIndex, OutputPortIndex
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPortIndex, LeafSystem, OutputPortIndex
 from pydrake.systems.primitives import ConstantVectorSource, Gain, PassThrough
 
-from a2s_drake.graph import FORMATS, GraphvizMissing, as_dot, as_html, as_mermaid, as_svg, as_text, dot, read_graph
+from a2s_drake.graph import (
+    FORMATS,
+    GraphvizError,
+    GraphvizMissing,
+    as_dot,
+    as_html,
+    as_mermaid,
+    as_svg,
+    as_text,
+    dot,
+    read_graph,
+)
 from a2s_drake.graph.model import Block, close, connected, full_name, through_wires
 from a2s_drake.graph.page import foldings
 from diagrams import BUILDERS, load_scenario
@@ -47,12 +58,13 @@ def diagram(request: pytest.FixtureRequest) -> Diagram:
 # --- Reading -----------------------------------------------------------------------------------------------------
 
 
-def systems_within(diagram: Diagram, prefix: str = "") -> dict[str, object]:
+def systems_within(diagram: Diagram, path: tuple[str, ...] = ()) -> dict[tuple[str, ...], object]:
     found = {}
     for system in diagram.GetSystems():
-        found[prefix + system.get_name()] = system
+        own = (*path, system.get_name())
+        found[own] = system
         if isinstance(system, Diagram):
-            found |= systems_within(system, f"{prefix}{system.get_name()}/")
+            found |= systems_within(system, own)
     return found
 
 
@@ -61,7 +73,7 @@ def systems_within(diagram: Diagram, prefix: str = "") -> dict[str, object]:
 def test_wires_are_those_that_drake_calls_connected(name: str, overrides: list[str]) -> None:
     diagram = build(name, *overrides)
     dut = read_graph(diagram)
-    for path, owner in {"": diagram, **systems_within(diagram)}.items():
+    for path, owner in {(): diagram, **systems_within(diagram)}.items():
         if not isinstance(owner, Diagram):
             continue
         expected = set()
@@ -74,7 +86,7 @@ def test_wires_are_those_that_drake_calls_connected(name: str, overrides: list[s
         block = next(block for block in dut.walk() if block.path == path)
         inner = [wire for wire in block.wires if path not in (wire.source.path, wire.target.path)]
         found = {(full_name(dut, w.source), full_name(dut, w.target)) for w in inner}
-        prefix = f"{path}/" if path else ""
+        prefix = "".join(f"{name}/" for name in path)
         assert found == {(prefix + source, prefix + target) for source, target in expected}
         assert len(inner) == len(found)
 
@@ -117,7 +129,7 @@ def test_every_wired_port_of_ours_has_a_unit(overrides: list[str]) -> None:
 
 def test_a_port_gets_its_unit_from_what_it_is_wired_to() -> None:
     ports = {port.id: port for block in read_graph(build("link_only")).walk() for port in block.ports}
-    multiplexer = {i.name: port.unit for i, port in ports.items() if i.path == "vehicle_state"}
+    multiplexer = {i.name: port.unit for i, port in ports.items() if i.path == ("vehicle_state",)}
     assert multiplexer == {"u0": "m", "u1": "rad", "u2": "", "y0": "m, rad, m/s, rad/s"}
 
 
@@ -146,8 +158,7 @@ def test_wires_run_through_the_borders_of_open_diagrams(depth: int) -> None:
     chains = through_wires(dut)
     assert len(chains) == depth + 3  # one into the innermost, one behind each block
     assert {len(chain) for chain in chains} == ({depth + 2, 3, 2} if depth else {2})
-    deepest = "inner/" * depth + "inner"
-    assert {chain[-1].path for chain in chains if not chain[0].path} == {deepest}
+    assert {chain[-1].path for chain in chains if not chain[0].path} == {("inner",) * (depth + 1)}
 
 
 # --- Writing -----------------------------------------------------------------------------------------------------
@@ -190,8 +201,11 @@ def test_mermaid_draws_every_block_and_wire_once(diagram: Diagram) -> None:
         if match := re.fullmatch(r'(\w+) (?:-->|-\.->)\|"([^"]+)"\| (\w+)', line):
             assert {match[1], match[3]} <= nodes
             drawn += [(match[1], label.split(" ")[0], match[3]) for label in match[2].split("<br>")]
-    ends = {(chain[0], chain[-1].path, chain[-1].side) for chain in through_wires(dut)}
-    assert len(drawn) == len(set(drawn)) == len(ends)
+    chains = through_wires(dut)
+    inner = {(chain[0], chain[-1].path) for chain in chains if chain[-1].path}
+    assert len(drawn) == len(set(drawn)) == len(inner) + len(dut.outputs)
+    assert [label for _, label, end in drawn if end == "outputs"] != []
+    assert {label for _, label, end in drawn if end == "outputs"} == {port.id.name for port in dut.outputs}
 
 
 def test_mermaid_takes_any_name() -> None:
@@ -202,6 +216,119 @@ def test_mermaid_takes_any_name() -> None:
     assert '["<b>a #quot;b#quot; #lt;c#gt; #35;d #124;e#124;</b><br>ConstantVectorSource"]' in as_mermaid(
         read_graph(diagram)
     )
+
+
+def test_mermaid_of_a_closed_diagram_names_its_ports() -> None:
+    drawn = as_mermaid(read_graph(build("airframe_only"), depth=0))
+    assert 'inputs -->|"rotor_speed_squared (6)"| b0' in drawn
+    assert 'b0 -.->|"vehicle_state (12)<br>body_poses (abstract)"| outputs' in drawn
+
+
+def titles(svg: str) -> list[str]:
+    """The tooltips of the wires of a picture."""
+    links = ElementTree.fromstring(svg).iter("{http://www.w3.org/2000/svg}a")
+    return [link.get("{http://www.w3.org/1999/xlink}title") or "" for link in links]
+
+
+def odd_names() -> Diagram:
+    """Names that Graphviz, Mermaid, HTML or a path could take for something of their own."""
+    inner = DiagramBuilder()
+    gain = inner.AddNamedSystem("b", Gain(1.0, 1))
+    inner.ExportInput(gain.get_input_port(), "left::arm in|put")
+    inner.ExportOutput(gain.get_output_port(), 'say "\\N" <i>&</i>')
+    builder = DiagramBuilder()
+    first = builder.AddNamedSystem("a", inner.Build())
+    second = builder.AddNamedSystem("a/b", Gain(1.0, 1))
+    third = builder.AddNamedSystem(r"c \N \G", Gain(1.0, 1))
+    builder.Connect(first.get_output_port(0), second.get_input_port())
+    builder.Connect(second.get_output_port(), third.get_input_port())
+    builder.ExportInput(first.get_input_port(0), "entry")
+    builder.ExportOutput(third.get_output_port(), "once")
+    builder.ExportOutput(third.get_output_port(), "twice")
+    diagram = builder.Build()
+    diagram.set_name("@DATA@")
+    return diagram
+
+
+@pytest.mark.parametrize("depth", [None, 1, 0])
+def test_odd_names_come_through(depth: int | None) -> None:
+    dut = read_graph(odd_names(), depth)
+    svg = as_svg(dut)
+    drawn = "".join(ElementTree.fromstring(svg).itertext())
+    for block in dut.walk():
+        assert block.path == () or block.name in drawn
+        assert block.is_open or all(port.id.name in drawn for port in block.ports if port.id in connected(dut))
+    for wire in through_wires(dut):
+        assert any(full_name(dut, wire[-1]) in title for title in titles(svg))
+    assert as_html(dut).count('"pictures"') == 1
+
+
+def test_a_name_with_a_slash_is_no_path() -> None:
+    dut = read_graph(odd_names())
+    paths = {block.path for block in dut.walk()}
+    assert {("a", "b"), ("a/b",)} <= paths
+    text = as_text(dut)
+    assert "\na/b  (Gain)" in text
+    assert "\n[a/b]  (Gain)" in text
+    assert "-> [a/b].u0\n" in text
+
+
+def test_a_block_with_the_name_of_the_whole_is_told_apart() -> None:
+    builder = DiagramBuilder()
+    builder.ExportInput(builder.AddNamedSystem("same", Gain(1.0, 1)).get_input_port(), "u0")
+    diagram = builder.Build()
+    diagram.set_name("same")
+    assert "-> same.u0\n" in as_text(read_graph(diagram))
+    assert "<- same (whole).u0\n" in as_text(read_graph(diagram))
+
+
+def test_what_is_exported_twice_is_shown_twice() -> None:
+    drawn = as_mermaid(read_graph(odd_names(), 1))
+    assert '-.->|"once (1)<br>twice (1)"| outputs' in drawn
+
+
+def test_systems_without_a_name_get_their_class_and_number() -> None:
+    def nameless() -> Diagram:
+        builder = DiagramBuilder()
+        builder.AddSystem(ConstantVectorSource(np.zeros(1)))
+        gains = [builder.AddSystem(Gain(1.0, 1)) for _ in range(2)]
+        builder.ExportInput(gains[0].get_input_port(), "u")
+        builder.Connect(gains[0].get_output_port(), gains[1].get_input_port())
+        return builder.Build()
+
+    dut = read_graph(nameless())
+    assert [block.name for block in dut.walk()] == ["diagram", "ConstantVectorSource_0", "Gain_1", "Gain_2"]
+    assert dut == read_graph(nameless())
+    assert "diagram" in as_svg(read_graph(nameless(), 0))
+
+
+def test_a_class_within_a_function_has_a_name() -> None:
+    class Local(LeafSystem):
+        def __init__(self) -> None:
+            LeafSystem.__init__(self)
+            self.DeclareVectorInputPort("u", 1)
+
+    builder = DiagramBuilder()
+    builder.ExportInput(builder.AddNamedSystem("own", Local()).get_input_port(0), "u")
+    dut = read_graph(builder.Build())
+    assert dut.blocks[0].kind == "Local"
+    assert dut.blocks[0].origin == "tests"
+    assert "Local" in as_svg(dut)
+
+
+def test_a_port_of_anothers_block_has_no_unit_by_its_name_alone() -> None:
+    builder = DiagramBuilder()
+    builder.ExportInput(builder.AddNamedSystem("mine", PassThrough(3)).get_input_port(), "ship_position")
+    dut = read_graph(builder.Build())
+    assert {port.unit for block in dut.walk() for port in block.ports} == {""}
+
+
+def test_diagrams_of_other_scalars_are_read_as_well() -> None:
+    diagram = build("airframe_only")
+    kinds = [block.kind for block in read_graph(diagram).walk()]
+    for other in (diagram.ToAutoDiffXd(), nest(1).ToSymbolic()):
+        assert read_graph(other).is_open
+    assert [block.kind for block in read_graph(diagram.ToAutoDiffXd()).walk()] == kinds
 
 
 def test_svg_holds_every_block_and_wire(diagram: Diagram) -> None:
@@ -233,10 +360,20 @@ def test_the_dot_program_is_used_where_there_is_one(tmp_path: Path, monkeypatch)
     assert all(text.startswith("<?xml") and text.count("<svg") == 1 and ".wire:hover" in text for text in drawn)
 
 
-def test_what_graphviz_cannot_draw_is_told_in_its_words(monkeypatch) -> None:
+@pytest.mark.parametrize("text", ["digraph {{", "digraph { a [label=<<B></B>>] }"])
+def test_what_graphviz_cannot_draw_is_told_in_its_words(text: str, monkeypatch) -> None:
     monkeypatch.setattr(shutil, "which", {}.get)
-    with pytest.raises(RuntimeError, match=r"could not draw the diagram: (?s:.*)syntax error"):
-        dot.draw(["digraph {{"])
+    with pytest.raises(GraphvizError, match=r"could not draw the diagram: (?s:.*)rror"):
+        dot.draw([text])
+
+
+def test_script_tells_of_a_dot_program_that_fails_in_one_line(tmp_path: Path, monkeypatch, capsys) -> None:
+    program = tmp_path / "dot"
+    program.write_text(f"#!{sys.executable}\nraise SystemExit('it broke')\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(shutil, "which", {"dot": str(program)}.get)
+    assert show_diagram.main(["link_only", "--format", "svg"]) == 1
+    assert capsys.readouterr().err == "error: Graphviz could not draw the diagram: it broke\n"
 
 
 def test_without_graphviz_the_error_names_what_to_install(monkeypatch, capsys) -> None:
@@ -253,16 +390,28 @@ def test_without_graphviz_the_error_names_what_to_install(monkeypatch, capsys) -
 
 def test_there_is_a_picture_of_every_way_to_fold() -> None:
     ways = foldings(read_graph(nest(2)))
-    assert ways == [frozenset(), {"inner/inner"}, {"inner"}]
+    assert ways == [frozenset(), {("inner", "inner")}, {("inner",)}]
 
 
 def test_beside_one_another_diagrams_fold_independently() -> None:
-    assert set(foldings(pair())) == {frozenset(c) for c in ([], ["left"], ["right"], ["left", "right"])}
+    assert set(foldings(pair())) == {
+        frozenset((name,) for name in closed) for closed in ([], ["left"], ["right"], ["left", "right"])
+    }
 
 
-def test_too_many_ways_are_folded_by_level() -> None:
-    whole = read_graph(nest(3))
-    assert foldings(whole, limit=2) == [frozenset(), {"inner/inner/inner"}, {"inner/inner"}, {"inner"}]
+def test_of_too_many_ways_one_diagram_or_one_level_is_folded() -> None:
+    inner, level = ("inner",), ("inner", "inner")
+    assert foldings(read_graph(nest(3)), limit=2) == [frozenset(), {inner}, {level}, {(*level, "inner")}]
+    assert foldings(row_of(7))[1:] == [*({(f"d{i}",)} for i in range(7)), {(f"d{i}",) for i in range(7)}]
+
+
+def row_of(count: int) -> Block:
+    builder = DiagramBuilder()
+    for i in range(count):
+        builder.ExportInput(builder.AddNamedSystem(f"d{i}", nest(0)).get_input_port(0), f"u{i}")
+    diagram = builder.Build()
+    diagram.set_name("row")
+    return read_graph(diagram)
 
 
 def pair() -> Block:
@@ -296,6 +445,11 @@ def test_page_shows_every_block_and_every_wire(diagram: Diagram, show) -> None:
     assert len(names_drawn(tab)) == len(list(whole.walk())) - 1
     assert tab.locator("#picture .wire").count() == len(through_wires(whole))
     assert tab.locator("#tables tbody").count() == len(list(whole.walk()))
+    table = tab.locator("#tables").inner_text()
+    assert all(f"-> {full_name(whole, wire.target)}" in table for wire in whole.all_wires())
+    assert tab.locator("#picture title").count() == 0
+    assert "xlink:title" not in tab.locator("#picture").inner_html()
+    assert not tab.locator("#note").is_visible()
     assert tab.title() == whole.name
 
 
@@ -311,7 +465,7 @@ def test_a_sub_diagram_folds_and_unfolds(way: str, show) -> None:
     }[way]
     click()
     assert inner.count() == 0
-    folded = close(whole, frozenset(["airframe"]))
+    folded = close(whole, frozenset([("airframe",)]))
     assert tab.locator("#picture .wire").count() == len(through_wires(folded))
     assert tab.locator("#folds button").get_attribute("aria-expanded") == "false"
     click()
@@ -337,7 +491,7 @@ def test_folding_the_outer_one_hides_the_inner_ones_button(show) -> None:
 def test_a_wire_tells_name_size_and_unit_under_the_pointer(show) -> None:
     whole = read_graph(build("closed_loop"))
     chains = through_wires(whole)
-    number = next(i for i, c in enumerate(chains) if (c[0].path, c[-1].path) == ("mpc", "airframe/propeller"))
+    number = next(i for i, c in enumerate(chains) if (c[0].path, c[-1].path) == (("mpc",), ("airframe", "propeller")))
     tab = show(whole)
     card = tab.locator("#card")
     assert not card.is_visible()
@@ -356,12 +510,36 @@ def test_a_wire_tells_name_size_and_unit_under_the_pointer(show) -> None:
     assert tab.locator("#picture .hit").count() == 0
 
 
+def test_the_keyboard_reaches_wires_and_folds(show) -> None:
+    tab = show(read_graph(build("closed_loop")))
+    tab.locator("#picture .diagram").focus()
+    tab.keyboard.press("Enter")
+    assert tab.locator("#picture .closed").count() == 1
+    tab.locator("#picture .wire").first.focus()
+    assert tab.locator("#card").is_visible()
+    assert tab.locator("#picture .hit").count() == 1
+    tab.locator("#folds button").focus()
+    assert not tab.locator("#card").is_visible()
+    tab.keyboard.press("Enter")
+    assert tab.locator("#picture .closed").count() == 0
+    assert tab.evaluate("document.activeElement.textContent") == "fold airframe"
+
+
+def test_many_sub_diagrams_fold_one_at_a_time(show) -> None:
+    tab = show(row_of(7))
+    assert tab.locator("#note").is_visible()
+    for name in ("d3", "d5"):
+        tab.get_by_role("button", name=f"fold {name}", exact=True).click()
+        assert tab.locator("#picture .closed").count() == 1
+        assert tab.get_by_role("button", name=f"unfold {name}").count() == 1
+
+
 def test_a_block_lights_its_wires_under_the_pointer(show) -> None:
     whole = read_graph(build("link_only"))
     tab = show(whole)
     tab.locator("#picture text").get_by_text("TwoRayChannel").hover()
     assert "a2s_drake" in tab.locator("#card").inner_text()
-    wires = [chain for chain in through_wires(whole) if "channel" in (chain[0].path, chain[-1].path)]
+    wires = [chain for chain in through_wires(whole) if ("channel",) in (chain[0].path, chain[-1].path)]
     assert tab.locator("#picture .hit").count() == len(wires) == 6
 
 
@@ -427,4 +605,4 @@ def test_page_data_cannot_end_its_script() -> None:
     builder.AddNamedSystem("</script><b>", ConstantVectorSource(np.zeros(1)))
     page = as_html(read_graph(builder.Build()))
     text = page.split('<script id="data" type="application/json">')[1].split("</script>")[0]
-    assert json.loads(text)["pictures"][0]["blocks"][1]["path"] == "</script><b>"
+    assert json.loads(text)["pictures"][0]["blocks"][1]["key"] == "</script><b>\0"

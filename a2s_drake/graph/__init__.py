@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from a2s_drake.graph.dot import GraphvizMissing, as_dot, as_svg
+from a2s_drake.graph.dot import GraphvizError, GraphvizMissing, as_dot, as_svg
 from a2s_drake.graph.mermaid import as_mermaid
 from a2s_drake.graph.model import Block, Port, PortId, Wire, read_graph, through_wires
 from a2s_drake.graph.page import as_html
@@ -30,5 +30,6 @@ __all__ = [
     "as_dot",
     "as_svg",
     "as_html",
+    "GraphvizError",
     "GraphvizMissing",
 ]

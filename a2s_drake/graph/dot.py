@@ -8,7 +8,7 @@ import subprocess
 import sys
 from collections.abc import Sequence
 
-from a2s_drake.graph.model import Block, Port, PortId, connected, full_name, through_wires
+from a2s_drake.graph.model import Block, Path, Port, PortId, connected, full_name, through_wires
 from a2s_drake.packages import is_installed
 
 _FILL = {"a2s_drake": "#d7e8f7", "drake": "#e9e9e9", "diagram": "#fbe9c6"}
@@ -27,7 +27,11 @@ _STYLE = """<style>
 </style>"""
 
 
-class GraphvizMissing(RuntimeError):
+class GraphvizError(RuntimeError):
+    """Graphviz could not draw a diagram."""
+
+
+class GraphvizMissing(GraphvizError):
     """Neither the `dot` program nor pygraphviz, whose wheels bring Graphviz along, is installed."""
 
 
@@ -39,6 +43,7 @@ def as_dot(whole: Block) -> str:
     chains = through_wires(whole)
     used = connected(whole)
     ids = {block.path: f"block-{i}" for i, block in enumerate(whole.walk())}
+    cells = {port.id: f"port-{i}" for i, port in enumerate(p for block in whole.walk() for p in block.ports)}
     ports = {port.id: port for block in whole.walk() for port in block.ports}
     lines = [
         f"digraph {_quote(whole.name)} {{",
@@ -47,10 +52,10 @@ def as_dot(whole: Block) -> str:
         '  edge [color="#44546a", arrowsize=0.6, penwidth=1.2]',
     ]
     if not whole.is_open:
-        lines += [f"  {line}" for line in _table(whole, whole.ports, ids)]
+        lines += [f"  {line}" for line in _table(whole, whole.ports, ids, cells)]
     else:
-        lines += [f"  {line}" for block in whole.blocks for line in _box(block, used, ids)]
-        lines += _border(whole, "inputs", whole.inputs) + _border(whole, "outputs", whole.outputs)
+        lines += [f"  {line}" for block in whole.blocks for line in _box(block, used, ids, cells)]
+        lines += _border(whole, "inputs", whole.inputs, cells) + _border(whole, "outputs", whole.outputs, cells)
     order = list(ids)
     for i, chain in enumerate(chains):
         names = " -> ".join(full_name(whole, port) for port in chain)
@@ -59,7 +64,7 @@ def as_dot(whole: Block) -> str:
         ends = [order.index(port.path) for port in (chain[0], chain[-1])]
         back = ", constraint=false" if chain[-1].path and ends[0] >= ends[1] else ""
         lines.append(
-            f"  {_end(chain[0], ids, 'e')} -> {_end(chain[-1], ids, 'w')} "
+            f"  {_end(chain[0], ids, cells)}:e -> {_end(chain[-1], ids, cells)}:w "
             f'[id="wire-{i}", class=wire, tooltip={_quote(tooltip)}{back}]'
         )
     return "\n".join([*lines, "}"]) + "\n"
@@ -69,7 +74,7 @@ def as_svg(whole: Block) -> str:
     """The picture, with a tooltip on every wire.
 
     Raises:
-      GraphvizMissing: when there is nothing to lay it out.
+      GraphvizError: when Graphviz fails; GraphvizMissing: when there is none.
     """
     return draw([as_dot(whole)])[0]
 
@@ -78,7 +83,7 @@ def draw(texts: Sequence[str]) -> list[str]:
     """SVG documents of graphs in Graphviz' language, by the `dot` program where there is one, else by pygraphviz.
 
     Raises:
-      GraphvizMissing: when there is neither.
+      GraphvizError: when it fails, with its words; GraphvizMissing: when there is neither.
     """
     program = shutil.which("dot")
     if program is not None:
@@ -95,51 +100,50 @@ def draw(texts: Sequence[str]) -> list[str]:
 
 def _run(command: list[str], text: str) -> str:
     done = subprocess.run(command, input=text, capture_output=True, text=True, encoding="utf-8", check=False)
-    if done.returncode:
-        raise RuntimeError(f"Graphviz could not draw the diagram: {done.stderr.strip()}")
+    # It also tells of errors in a label and goes on to draw without it.
+    if done.returncode or "rror: " in done.stderr:
+        raise GraphvizError(f"Graphviz could not draw the diagram: {done.stderr.strip()}")
     return done.stdout
 
 
-def _box(block: Block, used: set[PortId], ids: dict[str, str]) -> list[str]:
+def _box(block: Block, used: set[PortId], ids: dict[Path, str], cells: dict[PortId, str]) -> list[str]:
     if not block.is_open:
-        return _table(block, tuple(port for port in block.ports if port.id in used), ids)
-    label = f"<<B>{html.escape(block.name)}</B>>"
+        return _table(block, tuple(port for port in block.ports if port.id in used), ids, cells)
     style = f'style="rounded,filled"; fillcolor="{_FILL["diagram"]}80"; color="#c9a227"'
-    inner = [f"  {line}" for child in block.blocks for line in _box(child, used, ids)]
+    inner = [f"  {line}" for child in block.blocks for line in _box(child, used, ids, cells)]
     own = f'"cluster {ids[block.path]}"'
+    label = f"<<B>{_text(block.name)}</B>>"
     return [f"subgraph {own} {{", f'  id="{ids[block.path]}"; class=diagram; label={label}; {style}', *inner, "}"]
 
 
-def _table(block: Block, ports: tuple[Port, ...], ids: dict[str, str]) -> list[str]:
+def _table(block: Block, ports: tuple[Port, ...], ids: dict[Path, str], cells: dict[PortId, str]) -> list[str]:
     """A block: its name over its ports, inputs left, outputs right."""
     fill = _FILL.get("diagram" if block.is_diagram else block.origin, _FILL_OF_OTHERS)
     inputs = [port for port in ports if port.id.side == "in"]
     outputs = [port for port in ports if port.id.side == "out"]
-    head = f'<B>{html.escape(block.name)}</B><BR/><FONT POINT-SIZE="9">{html.escape(block.kind)}</FONT>'
+    head = f'<B>{_text(block.name)}</B><BR/><FONT POINT-SIZE="9">{_text(block.kind)}</FONT>'
     columns = [(side, align) for side, align in ((inputs, "LEFT"), (outputs, "RIGHT")) if side]
     rows = [f'<TR><TD COLSPAN="{max(len(columns), 1)}" BGCOLOR="{fill}" CELLPADDING="5">{head}</TD></TR>']
-    count = max(len(inputs), len(outputs))
-    rows += [f"<TR>{''.join(_cell(side, i, align) for side, align in columns)}</TR>" for i in range(count)]
+    for i in range(max(len(inputs), len(outputs))):
+        row = [_cell(side[i], align, cells) if i < len(side) else '<TD BORDER="0"></TD>' for side, align in columns]
+        rows.append(f"<TR>{''.join(row)}</TR>")
     label = f'<TABLE BORDER="0" CELLBORDER="1" CELLSPACING="0" COLOR="#8895a7">{"".join(rows)}</TABLE>'
     kind = "closed" if block.is_diagram else "block"
     own = ids[block.path]
-    return [f'"{own}" [id="{own}", class={kind}, tooltip={_quote(f"{block.path}: {block.kind}")}, label=<{label}>]']
+    return [f'"{own}" [id="{own}", class={kind}, tooltip={_quote(f"{block.name}: {block.kind}")}, label=<{label}>]']
 
 
-def _cell(ports: Sequence[Port], i: int, align: str) -> str:
-    if i >= len(ports):
-        return '<TD BORDER="0"></TD>'
-    port = ports[i]
+def _cell(port: Port, align: str, cells: dict[PortId, str]) -> str:
     size = f'<FONT COLOR="#7a7a7a" POINT-SIZE="8"> {port.size_text}</FONT>'
-    name = html.escape(port.id.name)
-    return f'<TD PORT="{port.id.side} {name}" ALIGN="{align}" BGCOLOR="white" CELLPADDING="3">{name}{size}</TD>'
+    style = f'ALIGN="{align}" BGCOLOR="white" CELLPADDING="3"'
+    return f'<TD PORT="{cells[port.id]}" {style}>{_text(port.id.name)}{size}</TD>'
 
 
-def _border(whole: Block, name: str, ports: tuple[Port, ...]) -> list[str]:
+def _border(whole: Block, name: str, ports: tuple[Port, ...], cells: dict[PortId, str]) -> list[str]:
     """The diagram's own inputs or outputs, at the left or right margin."""
     if not ports:
         return []
-    rows = "".join(f"<TR>{_cell([port], 0, 'LEFT')}</TR>" for port in ports)
+    rows = "".join(f"<TR>{_cell(port, 'LEFT', cells)}</TR>" for port in ports)
     head = f'<TR><TD BORDER="0"><I>{name}</I></TD></TR>'
     label = f'<TABLE BORDER="0" CELLBORDER="1" CELLSPACING="0" COLOR="#c3c9d1">{head}{rows}</TABLE>'
     rank = "source" if name == "inputs" else "sink"
@@ -147,11 +151,17 @@ def _border(whole: Block, name: str, ports: tuple[Port, ...]) -> list[str]:
     return [f'  {{rank={rank}; "{name}" [id="{name}", class=border, tooltip={tooltip}, label=<{label}>]}}']
 
 
-def _end(port: PortId, ids: dict[str, str], compass: str) -> str:
+def _end(port: PortId, ids: dict[Path, str], cells: dict[PortId, str]) -> str:
     node = ids[port.path] if port.path else f"{port.side}puts"
-    return f"{_quote(node)}:{_quote(f'{port.side} {port.name}')}:{compass}"
+    return f'"{node}":"{cells[port]}"'
+
+
+def _text(name: str) -> str:
+    """A name in a label, where Graphviz reads entities, and a backslash as the start of an escape of its own."""
+    return html.escape(name).replace("\\", "\\\\") or " "
 
 
 def _quote(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    # Graphviz reads escapes in tooltips twice over, but keeps entities for the browser.
+    escaped = text.replace("\\", "&#92;").replace('"', '\\"').replace("\n", "\\n")
     return f'"{escaped}"'

@@ -1,28 +1,26 @@
 """A diagram as data: blocks, ports with sizes and units, wires. Every format is drawn from this."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
-from pydrake.systems.framework import (
-    Diagram,
-    InputPort,
-    InputPortIndex,
-    OutputPort,
-    OutputPortIndex,
-    PortDataType,
-    System,
-)
+from pydrake.systems.framework import Diagram_, InputPortIndex, OutputPortIndex, PortDataType
 
-from a2s_drake.ports import PORT_UNITS
+from a2s_drake.graph.names import block_names, class_name
+from a2s_drake.ports import DRAKE_PORT_UNITS, PORT_UNITS
+
+Path = tuple[str, ...]
+"""A block's place: () is the whole, ("airframe",) a block in it, ("airframe", "plant") a block in that."""
 
 Side = Literal["in", "out"]
 
+_DIAGRAMS = tuple(Diagram_[scalar] for (scalar,) in Diagram_.param_list)
+
 
 class PortId(NamedTuple):
-    """A port by its block's path ("" for the whole, then "airframe", "airframe/plant"), side and name."""
+    """A port by its block's path, side and name."""
 
-    path: str
+    path: Path
     side: Side
     name: str
 
@@ -63,7 +61,7 @@ class Block:
     """A system of a diagram, or a diagram with what it holds.
 
     Attributes:
-      path: its place, as in `PortId`.
+      name: its own, or its class and number where its maker gave it none.
       kind: its class, without module and scalar type.
       origin: the first part of its class's full name: `a2s_drake`, `drake`, or a package of the user's.
       is_diagram: whether it is one, be it open or closed.
@@ -71,7 +69,7 @@ class Block:
     """
 
     name: str
-    path: str
+    path: Path
     kind: str
     origin: str
     is_diagram: bool
@@ -101,26 +99,40 @@ class Block:
         return [wire for block in self.walk() for wire in block.wires]
 
 
-def read_graph(diagram: Diagram, depth: int | None = None, units: Mapping[str, str] | None = None) -> Block:
+def read_graph(diagram: Any, depth: int | None = None, units: Mapping[str, str] | None = None) -> Block:
     """Reads a diagram's blocks and its connection map. The result is the same on every run.
 
     Args:
+      diagram: a Drake diagram, of any scalar type.
       depth: how many levels of diagrams are opened: 0 shows the diagram as one block, 1 its blocks with the diagrams
         among them closed, None all.
-      units: units by port name, beside those of `PORT_UNITS`. Ports of other names get the unit of what they are
-        wired to.
+      units: units by port name, for blocks of one's own. Ports for which neither these nor `PORT_UNITS` give one get
+        the unit of what they are wired to.
     Raises:
       ValueError: for a negative depth.
     """
     if depth is not None and depth < 0:
         raise ValueError(f"depth = {depth}: must be at least 0")
-    whole = _read(diagram, "", PORT_UNITS | dict(units or {}))
+    whole = _read(diagram, (), diagram.get_name() or "diagram", units or {})
     return close_below(_spread_units(whole), depth)
 
 
 def full_name(whole: Block, port: PortId) -> str:
     """`airframe/plant.state`; a port of the whole goes by the whole's name."""
-    return f"{port.path or whole.name}.{port.name}"
+    return f"{full_path(whole, port.path)}.{port.name}"
+
+
+def full_path(whole: Block, path: Path) -> str:
+    """`airframe/plant`; the whole goes by its name, which it sets apart from a block of the same name in it."""
+    if path:
+        return "/".join(f"[{name}]" if "/" in name else name for name in path)
+    return f"{whole.name} (whole)" if any(block.name == whole.name for block in whole.blocks) else whole.name
+
+
+def wired_to(whole: Block, port: PortId, wires: Sequence[Wire]) -> list[str]:
+    """What a port is wired to, for a reader: `<- block.port` feeds it, `-> block.port` it feeds."""
+    feeding = [f"<- {full_name(whole, wire.source)}" for wire in wires if wire.target == port]
+    return feeding + [f"-> {full_name(whole, wire.target)}" for wire in wires if wire.source == port]
 
 
 def close_below(block: Block, depth: int | None) -> Block:
@@ -132,7 +144,7 @@ def close_below(block: Block, depth: int | None) -> Block:
     return replace(block, blocks=tuple(close_below(inner, depth - 1) for inner in block.blocks))
 
 
-def close(block: Block, paths: frozenset[str]) -> Block:
+def close(block: Block, paths: frozenset[Path]) -> Block:
     """The block with the diagrams at some paths closed."""
     if block.path in paths:
         return replace(block, blocks=(), wires=())
@@ -166,62 +178,60 @@ def connected(whole: Block) -> set[PortId]:
     return {port for wire in whole.all_wires() for port in wire}
 
 
-def _read(system: System, path: str, units: Mapping[str, str]) -> Block:
-    class_name = system.GetSystemType()
+def _read(system: Any, path: Path, name: str, units: Mapping[str, str]) -> Block:
+    kind, origin = class_name(system)
     inputs = [system.get_input_port(i) for i in range(system.num_input_ports())]
     outputs = [system.get_output_port(i) for i in range(system.num_output_ports())]
+
+    def read_port(port: Any, side: Side) -> Port:
+        own = port.get_name()
+        known = PORT_UNITS.get(own, "") if origin == "a2s_drake" else DRAKE_PORT_UNITS.get((kind, own), "")
+        size = None if port.get_data_type() == PortDataType.kAbstractValued else port.size()
+        return Port(PortId(path, side, own), size, known or units.get(own, ""))
+
     block = Block(
-        name=system.get_name(),
+        name=name,
         path=path,
-        kind=_short(class_name),
-        origin=class_name.replace("::", ".").split(".")[0],
-        is_diagram=isinstance(system, Diagram),
-        inputs=tuple(_read_port(port, path, "in", units) for port in inputs),
-        outputs=tuple(_read_port(port, path, "out", units) for port in outputs),
+        kind=kind,
+        origin=origin,
+        is_diagram=isinstance(system, _DIAGRAMS),
+        inputs=tuple(read_port(port, "in") for port in inputs),
+        outputs=tuple(read_port(port, "out") for port in outputs),
     )
-    if not isinstance(system, Diagram):
+    if not block.is_diagram:
         return block
-    prefix = f"{path}/" if path else ""
-    blocks = tuple(_read(inner, prefix + inner.get_name(), units) for inner in system.GetSystems())
-    return replace(block, blocks=blocks, wires=_read_wires(system, path, prefix))
+    systems = system.GetSystems()
+    names = block_names(systems)
+    blocks = tuple(_read(inner, (*path, own), own, units) for inner, own in zip(systems, names, strict=True))
+    return replace(block, blocks=blocks, wires=_read_wires(system, path, names))
 
 
-def _read_port(port: InputPort | OutputPort, path: str, side: Side, units: Mapping[str, str]) -> Port:
-    size = None if port.get_data_type() == PortDataType.kAbstractValued else port.size()
-    return Port(PortId(path, side, port.get_name()), size, units.get(port.get_name(), ""))
-
-
-def _read_wires(diagram: Diagram, path: str, prefix: str) -> tuple[Wire, ...]:
+def _read_wires(diagram: Any, path: Path, names: Sequence[str]) -> tuple[Wire, ...]:
     """The wires in an order of their own: the connection map's own order changes from run to run."""
+    systems = diagram.GetSystems()
+    place = {system: i for i, system in enumerate(systems)}
 
-    def inner(system: System, side: Side, index: int) -> PortId:
+    def inner(number: int, side: Side, index: int) -> PortId:
+        system = systems[number]
         port = system.get_input_port(index) if side == "in" else system.get_output_port(index)
-        return PortId(prefix + system.get_name(), side, port.get_name())
+        return PortId((*path, names[number]), side, port.get_name())
 
     wires = []
     for i in range(diagram.num_input_ports()):
-        name = diagram.get_input_port(i).get_name()
+        own = PortId(path, "in", diagram.get_input_port(i).get_name())
         for system, index in diagram.GetInputPortLocators(InputPortIndex(i)):
-            wires.append(Wire(PortId(path, "in", name), inner(system, "in", int(index))))
-    place = {system: i for i, system in enumerate(diagram.GetSystems())}
+            wires.append(Wire(own, inner(place[system], "in", int(index))))
     connections = sorted(
         (place[source], int(output), place[target], int(entry))
         for (target, entry), (source, output) in diagram.connection_map().items()
     )
-    systems = diagram.GetSystems()
     for source, output, target, entry in connections:
-        wires.append(Wire(inner(systems[source], "out", output), inner(systems[target], "in", entry)))
+        wires.append(Wire(inner(source, "out", output), inner(target, "in", entry)))
     for i in range(diagram.num_output_ports()):
         system, index = diagram.get_output_port_locator(OutputPortIndex(i))
         own = PortId(path, "out", diagram.get_output_port(i).get_name())
-        wires.append(Wire(inner(system, "out", int(index)), own))
+        wires.append(Wire(inner(place[system], "out", int(index)), own))
     return tuple(wires)
-
-
-def _short(class_name: str) -> str:
-    """`a2s_drake.two_ray.TwoRayChannel_[float]` and `drake::systems::Gain<double>` without the rest."""
-    bare = class_name.split("<")[0].split("[")[0]
-    return bare.replace("::", ".").split(".")[-1].removesuffix("_")
 
 
 def _spread_units(whole: Block) -> Block:

@@ -2,12 +2,13 @@
 
 import html
 import json
+import re
 from importlib.resources import files
 from itertools import product
 from typing import Any
 
 from a2s_drake.graph.dot import as_dot, draw
-from a2s_drake.graph.model import Block, PortId, close, connected, full_name, through_wires
+from a2s_drake.graph.model import Block, Path, PortId, close, full_name, full_path, through_wires, wired_to
 
 MAX_PICTURES = 64
 
@@ -15,37 +16,43 @@ MAX_PICTURES = 64
 def as_html(whole: Block) -> str:
     """The page. It holds a picture of every way to fold the open sub-diagrams, and a table of all ports.
 
-    Of diagrams with more than `MAX_PICTURES` ways it holds those that fold whole levels at once.
+    Of diagrams with more than `MAX_PICTURES` ways it holds those that fold one sub-diagram, or a whole level.
 
     Raises:
-      GraphvizMissing: when there is nothing to lay the pictures out.
+      GraphvizError: when Graphviz fails; GraphvizMissing: when there is none.
     """
     ways = foldings(whole)
     folded = [close(whole, closed) for closed in ways]
     drawings = draw([as_dot(block) for block in folded])
     pictures = [
-        {"closed": sorted(closed), "svg": svg[svg.index("<svg") :], **_facts(block)}
+        {"closed": [_key(path) for path in sorted(closed)], "svg": svg[svg.index("<svg") :], **_facts(block)}
         for closed, block, svg in zip(ways, folded, drawings, strict=True)
     ]
-    data = {"diagrams": [block.path for block in _diagrams(whole)], "pictures": pictures}
+    diagrams = [{"key": _key(block.path), "name": full_path(whole, block.path)} for block in _diagrams(whole)]
+    data = {"diagrams": diagrams, "all": _count(whole) == len(ways), "pictures": pictures}
     # In a script element only "</" could be taken for its end.
     text = json.dumps(data, ensure_ascii=False).replace("</", "<\\/")
+    parts = {"TITLE": html.escape(whole.name), "TABLES": _table(whole), "DATA": text}
     page = files("a2s_drake.graph").joinpath("page.html").read_text(encoding="utf-8")
-    for mark, part in (("@TITLE@", html.escape(whole.name)), ("@TABLES@", _table(whole)), ("@DATA@", text)):
-        page = page.replace(mark, part)
-    return page
+    return re.sub("@(TITLE|TABLES|DATA)@", lambda match: parts[match[1]], page)
 
 
-def foldings(whole: Block, limit: int = MAX_PICTURES) -> list[frozenset[str]]:
+def foldings(whole: Block, limit: int = MAX_PICTURES) -> list[frozenset[Path]]:
     """The ways to fold a diagram, each the paths of the closed sub-diagrams; first the one with all of them open.
 
-    When there are more than `limit`, only those that close all sub-diagrams of a level.
+    When there are more than `limit`, only those that close one of the first `limit` sub-diagrams, and those that close
+    all of a level.
     """
     if _count(whole) <= limit:
         return _ways(whole)
-    levels = sorted({block.path.count("/") for block in _diagrams(whole)}, reverse=True)
-    by_level = [frozenset(b.path for b in _diagrams(whole) if b.path.count("/") == level) for level in levels]
-    return [frozenset(), *by_level]
+    paths = [block.path for block in _diagrams(whole)]
+    levels = [frozenset(path for path in paths if len(path) == level) for level in sorted({*map(len, paths)})]
+    return list(dict.fromkeys([frozenset[Path](), *(frozenset([path]) for path in paths[:limit]), *levels]))
+
+
+def _key(path: Path) -> str:
+    """A path for the page's script: no other path begins with these characters but those of blocks within."""
+    return "".join(f"{name}\0" for name in path)
 
 
 def _count(block: Block) -> int:
@@ -56,9 +63,9 @@ def _count(block: Block) -> int:
     return count
 
 
-def _ways(block: Block) -> list[frozenset[str]]:
+def _ways(block: Block) -> list[frozenset[Path]]:
     choices = [[*_ways(child), frozenset([child.path])] for child in block.blocks if child.is_open]
-    return [frozenset[str]().union(*choice) for choice in product(*choices)]
+    return [frozenset[Path]().union(*choice) for choice in product(*choices)]
 
 
 def _diagrams(whole: Block) -> list[Block]:
@@ -70,13 +77,10 @@ def _facts(whole: Block) -> dict[str, Any]:
     """What the page tells of the blocks and wires of one picture, in the order of their numbers in it."""
     ports = {port.id: port for block in whole.walk() for port in block.ports}
     number = {block.path: i for i, block in enumerate(whole.walk())}
-    blocks = [
-        {
-            "path": block.path,
-            "facts": [["block", block.path or whole.name], ["class", f"{block.kind} ({block.origin})"]],
-        }
-        for block in whole.walk()
-    ]
+    blocks = []
+    for block in whole.walk():
+        facts = [["block", full_path(whole, block.path)], ["class", f"{block.kind} ({block.origin})"]]
+        blocks.append({"key": _key(block.path), "facts": facts})
 
     def end(port: PortId) -> int | str:
         return number[port.path] if port.path or not whole.is_open else f"{port.side}puts"
@@ -92,14 +96,14 @@ def _facts(whole: Block) -> dict[str, Any]:
 
 
 def _table(whole: Block) -> str:
-    used = connected(whole)
-    rows = ["<table><thead><tr><th>port<th>side<th>size<th>unit<th>wired</tr></thead>"]
+    wires = whole.all_wires()
+    rows = ["<table><thead><tr><th>port<th>side<th>size<th>unit<th>wired to</tr></thead>"]
     for block in whole.walk():
-        head = f"{html.escape(block.path or whole.name)} <small>{html.escape(block.kind)}</small>"
+        head = f"{html.escape(full_path(whole, block.path))} <small>{html.escape(block.kind)}</small>"
         rows.append(f'<tbody><tr><th scope="rowgroup" colspan="5">{head}</th></tr>')
         for port in block.ports:
-            wired = "yes" if port.id in used else "no"
+            ends = "<br>".join(html.escape(end) for end in wired_to(whole, port.id, wires))
             cells = f"<td>{html.escape(port.id.name)}<td>{port.id.side}<td class=size>{port.size_text}"
-            rows.append(f"<tr>{cells}<td>{html.escape(port.unit)}<td>{wired}</tr>")
+            rows.append(f"<tr>{cells}<td>{html.escape(port.unit)}<td>{ends}</tr>")
         rows.append("</tbody>")
     return "\n".join([*rows, "</table>"])

@@ -2,10 +2,12 @@
 
 import textwrap
 
-from a2s_drake.graph.model import Block, Port, PortId, Wire, connected, full_name
+from a2s_drake.graph.model import Block, Path, Port, PortId, Wire, connected, full_path, wired_to
 
 _HEADER = ("port", "size", "unit", "wired to")
 _WIDTH = 110
+
+_Row = tuple[str, str, str, str]
 
 
 def as_text(whole: Block) -> str:
@@ -15,16 +17,16 @@ def as_text(whole: Block) -> str:
     on both sides of its border. Ports that nothing is wired to are named below the others.
     """
     wires, used = whole.all_wires(), connected(whole)
-    rows = {
-        block: [row for port in block.ports if port.id in used or block is whole for row in _rows(whole, port, wires)]
-        for block in whole.walk()
-    }
+    rows: dict[Path, list[_Row]] = {}
+    for block in whole.walk():
+        shown = [port for port in block.ports if port.id in used or block is whole]
+        rows[block.path] = [row for port in shown for row in _rows(whole, port, wires)]
     every_row = [_HEADER, *(row for of_block in rows.values() for row in of_block)]
     widths = [max(len(row[column]) for row in every_row) for column in range(3)]
     lines = [_line(_HEADER, widths), "-" * _WIDTH]
     for block in whole.walk():
-        lines.append(f"{block.path or whole.name}  ({_kind(block)})")
-        lines += [_line(row, widths) for row in rows[block]]
+        lines.append(f"{full_path(whole, block.path)}  ({_kind(block)})")
+        lines += [_line(row, widths) for row in rows[block.path]]
         if block is not whole:
             lines += _unwired("in", block.inputs, used) + _unwired("out", block.outputs, used)
     return "\n".join(lines) + "\n"
@@ -34,10 +36,8 @@ def _kind(block: Block) -> str:
     return f"{block.kind}, closed" if block.is_diagram and not block.is_open else block.kind
 
 
-def _rows(whole: Block, port: Port, wires: list[Wire]) -> list[tuple[str, str, str, str]]:
-    feeding = [f"<- {full_name(whole, wire.source)}" for wire in wires if wire.target == port.id]
-    fed = [f"-> {full_name(whole, wire.target)}" for wire in wires if wire.source == port.id]
-    first, *others = [*feeding, *fed] or [""]
+def _rows(whole: Block, port: Port, wires: list[Wire]) -> list[_Row]:
+    first, *others = wired_to(whole, port.id, wires) or [""]
     row = (f"  {port.id.side:>3}  {port.id.name}", port.size_text, port.unit, first)
     return [row, *(("", "", "", other) for other in others)]
 
@@ -48,6 +48,6 @@ def _unwired(side: str, ports: tuple[Port, ...], used: set[PortId]) -> list[str]
     return textwrap.wrap(text, _WIDTH, subsequent_indent=" " * 7) if names else []
 
 
-def _line(row: tuple[str, ...], widths: list[int]) -> str:
+def _line(row: _Row, widths: list[int]) -> str:
     port, size, unit, wired = row
     return f"{port:<{widths[0]}}  {size:>{widths[1]}}  {unit:<{widths[2]}}  {wired}".rstrip()
