@@ -162,6 +162,6 @@ def _text(name: str) -> str:
 
 
 def _quote(text: str) -> str:
-    # Graphviz reads escapes in tooltips twice over, but keeps entities for the browser.
-    escaped = text.replace("\\", "&#92;").replace('"', '\\"').replace("\n", "\\n")
+    # Graphviz reads the escapes of a tooltip twice over.
+    escaped = text.replace("\\", 4 * "\\").replace('"', '\\"').replace("\n", "\\n")
     return f'"{escaped}"'
