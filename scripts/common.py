@@ -213,12 +213,12 @@ def add_replay_argument(parser: argparse.ArgumentParser, shown: str) -> None:
 def write_results(flight: Flight, folder: Path, *, csv: bool = False, replay: bool = False) -> None:
     """Writes scenario.yaml, flight.npz and, where there is a sample to measure, metrics.json; on request the others.
 
-    A flight.csv or replay.html of an earlier flight in this folder goes, so that all in it is of one flight.
+    What is there of an earlier flight goes, so that all in the folder is of one.
 
     Raises:
       OSError: when the disk refuses, or the replay cannot be made.
     """
-    for name in ("flight.csv", "replay.html"):
+    for name in ("metrics.json", "flight.csv", "replay.html"):
         (folder / name).unlink(missing_ok=True)
     flight.save(folder)
     if csv:

@@ -35,8 +35,13 @@ def main(argv: list[str] | None = None) -> int:
         return ended.code
     gains = publish(bases, flights, out, quick=arguments.quick)["headline"]["gain_percent"]
     print(f"three axes over level {gains['over_level']:+.2f} %, over pitch only {gains['over_pitch_only']:+.2f} %")
+    (out / "replay.html").unlink(missing_ok=True)
     if arguments.replay:
-        write_replay(headline_flights(flights)["three_axis"], out / "replay.html")
+        try:
+            write_replay(headline_flights(flights)["three_axis"], out / "replay.html")
+        except OSError as failure:
+            print(f"error: {failure}; the report is in {out}", file=sys.stderr)
+            return 1
     print(f"report.html, results.json{', replay.html' if arguments.replay else ''} and figures are in {out}")
     return 0
 

@@ -208,6 +208,27 @@ def test_a_second_reproduction_flies_nothing_and_says_the_same(reproducing: list
     assert {name: (tmp_path / name).read_bytes() for name in kept} == kept
 
 
+@pytest.mark.usefixtures("reproducing")
+def test_reproduce_without_a_replay_still_reports(tmp_path: Path, monkeypatch, capsys) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError("no Meshcat")
+
+    (tmp_path / "replay.html").write_text("of an earlier flight")
+    monkeypatch.setattr(reproduce, "write_replay", refuse)
+    assert reproduce.main(["--quick", "--replay", "--out", str(tmp_path)]) == 1
+    assert capsys.readouterr().err == f"error: no Meshcat; the report is in {tmp_path}\n"
+    assert (tmp_path / "report.html").exists()
+    assert not (tmp_path / "replay.html").exists()
+
+
+def test_a_folder_holds_files_of_one_flight_alone(tmp_path: Path) -> None:
+    common.write_results(made_up_flight(), tmp_path, csv=True)
+    assert {path.name for path in tmp_path.iterdir()} == {"scenario.yaml", "flight.npz", "metrics.json", "flight.csv"}
+    empty = {name: getattr(made_up_flight(), name)[:0] for name in array_names()}
+    common.write_results(made_up_flight(**empty), tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"scenario.yaml", "flight.npz"}
+
+
 def test_reproduce_flies_a_damaged_flight_again_and_names_it(reproducing: list[str], tmp_path: Path, capsys) -> None:
     assert reproduce.main(["--quick", "--out", str(tmp_path)]) == 0
     damaged = next((tmp_path / "flights").glob("*/flight.npz"))

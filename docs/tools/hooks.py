@@ -158,11 +158,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     become plain text.
     """
     for name, build in BUILDERS.items():
-        graph = read_graph(build(a2s_drake.Scenario()))
-        files.append(File.generated(config, f"drawn/{name}.svg", content=as_svg(graph)))
-        files.append(File.generated(config, f"drawn/{name}.html", content=as_html(graph)))
+        diagram = build(a2s_drake.Scenario())
+        files.append(File.generated(config, f"drawn/{name}-1.svg", content=as_svg(read_graph(diagram, depth=1))))
+        files.append(File.generated(config, f"drawn/{name}.html", content=as_html(read_graph(diagram))))
     readme = _FOREIGN_LINK.sub(r"\1", (ROOT / "README.md").read_text(encoding="utf-8"))
-    readme = _MERMAID.sub(r"![The diagram \1](drawn/\1.svg)", readme)
+    readme = _MERMAID.sub(r"![The diagram \1](drawn/\1-1.svg)", readme)
     files.append(File.generated(config, "readme.md", content=readme.replace("](docs/", "](")))
     return files
 
