@@ -1,23 +1,19 @@
 import dataclasses
-import io
 import sys
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from time import perf_counter, sleep
 
-import matplotlib.image
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page
 
-from a2s_drake import Flight, FlightEnded, Scenario, rotor_table, run_flight, wrench_map
+from a2s_drake import Flight, FlightEnded, Scenario, run_flight
 from a2s_drake.flight import array_names
-from a2s_drake.replay import Scene, start_meshcat, write_replay
-from a2s_drake.replay.gauge import BOTTOM, TOP, gauge_scale, time_ticks
+from a2s_drake.replay import write_replay
+from a2s_drake.replay.gauge import gauge_scale, time_ticks
 from a2s_drake.replay.recording import shown_frames
 from a2s_drake.replay.shapes import GLYPHS, prism, strokes, text, tube
-from a2s_drake.rotations import rotation_matrix
-from a2s_drake.two_ray import antenna_position, path_lengths, specular_point
+from a2s_drake.two_ray import path_lengths, specular_point
 from diagrams import build_link_only, load_scenario
 from scripts import common, simulate
 from tests.flights import made_up_flight
@@ -25,54 +21,10 @@ from tests.flights import made_up_flight
 WORLD = "/drake/world_seen_from_vehicle"
 VEHICLE = f"{WORLD}/vehicle"
 RAYS = f"{WORLD}/rays_widened_with_distance"
-BAR = "/drake/gauge/size/bar"
+SHIP = f"{WORLD}/ship_sized_by_its_antenna"
+GAUGE = "/drake/gauge/size"
+BAR = f"{GAUGE}/bar"
 SHORT = ["--duration", "0.2", "--set", "mpc.horizon=8"]
-
-
-@pytest.fixture(scope="module")
-def flight() -> Flight:
-    """The whole mission held exactly, with rotors that turn at a made-up speed."""
-    scenario = load_scenario("paper").validate()
-    ideal = run_flight(build_link_only(scenario), scenario)
-    return dataclasses.replace(ideal, rotor_speed=np.full((len(ideal.time), 6), 60.0))
-
-
-@pytest.fixture(scope="module")
-def replay(flight: Flight, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("replay") / "replay.html"
-    write_replay(flight, path)
-    return path
-
-
-@pytest.fixture(scope="module")
-def paused(replay: Path, browser: Browser) -> Iterator[Page]:
-    """The replay's page, opened once for all tests that move its clock to and fro."""
-    page = browser.new_page(viewport={"width": 300, "height": 200})
-    page.goto(replay.as_uri())
-    page.evaluate("viewer.animator.pause()")
-    yield page
-    page.close()
-
-
-def seek(page: Page, time: float) -> None:
-    page.evaluate("time => viewer.animator.seek(time)", time)
-
-
-def pose(page: Page, path: str, base: str = WORLD) -> np.ndarray:
-    """The 4x4 transform from an object of the page to another, `base`; both by their paths."""
-    script = """path => {
-        const thing = viewer.scene_tree.find(path.split('/').slice(1)).object;
-        thing.updateWorldMatrix(true, false);
-        return thing.matrixWorld.elements;
-    }"""
-    of_base, of_path = (np.reshape(page.evaluate(script, place), (4, 4)).T for place in (base, path))
-    return np.linalg.inv(of_base) @ of_path
-
-
-def colors(picture: bytes) -> int:
-    """How many colours a PNG shows."""
-    pixels = matplotlib.image.imread(io.BytesIO(picture), format="png")
-    return len(np.unique(pixels.reshape(-1, pixels.shape[-1]), axis=0))
 
 
 def test_the_sea_reflects_at_the_angle_of_incidence(scenario: Scenario, rng: np.random.Generator) -> None:
@@ -157,15 +109,7 @@ def test_a_replay_shows_the_first_sample_the_last_and_twenty_a_second() -> None:
     assert shown_frames(5, 0.02) == [0, 3, 4]
     assert shown_frames(9, 0.05) == list(range(9))
     assert shown_frames(9, 10.0) == list(range(9))
-    assert len(shown_frames(864_001, 0.1)) <= 5001
-
-
-def test_the_file_of_a_mission_is_small_and_the_same_again(flight: Flight, replay: Path, tmp_path: Path) -> None:
-    page = replay.read_text()
-    assert len(page) < 6e6
-    assert "<title>a2s_drake: three_axis, 40 s</title>" in page
-    write_replay(flight, tmp_path / "again.html")
-    assert (tmp_path / "again.html").read_text() == page
+    assert len(shown_frames(864_001, 0.1)) <= 1201
 
 
 def test_replays_can_be_written_at_the_same_time(tmp_path: Path) -> None:
@@ -177,11 +121,17 @@ def test_replays_can_be_written_at_the_same_time(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="counts threads where Linux lists them")
 def test_no_server_outlives_the_writing(tmp_path: Path) -> None:
-    threads = len(list(Path("/proc/self/task").iterdir()))
+    def count() -> int:
+        return len(list(Path("/proc/self/task").iterdir()))
+
+    threads = count()
     write_replay(made_up_flight(), tmp_path / "replay.html")
     with pytest.raises(ValueError, match="no sample"):
         write_replay(made_up_flight(**{name: np.empty(0) for name in array_names()}), tmp_path / "empty.html")
-    assert len(list(Path("/proc/self/task").iterdir())) == threads
+    deadline = perf_counter() + 5.0
+    while count() > threads and perf_counter() < deadline:
+        sleep(0.01)
+    assert count() <= threads
     assert [path.name for path in tmp_path.iterdir()] == ["replay.html"]
 
 
@@ -206,87 +156,6 @@ def test_any_scenario_can_be_replayed(overrides: list[str], tmp_path: Path) -> N
     flight = dataclasses.replace(made_up, scenario=made_up.scenario.with_overrides(overrides))
     write_replay(flight, tmp_path / "a.html")
     assert (tmp_path / "a.html").stat().st_size > 2e6
-
-
-def test_the_page_plays_and_is_not_blank(replay: Path, open_page) -> None:
-    page = open_page(replay, 400, 300)
-    page.wait_for_function("viewer.animator.playing && viewer.animator.time > 0.2")
-    early = page.evaluate("viewer.animator.time")
-    page.wait_for_function("early => viewer.animator.time > early + 0.2", arg=early)
-    assert page.evaluate("viewer.animator.duration") == pytest.approx(40.0)
-    assert colors(page.screenshot()) > 300
-
-
-def test_the_page_shows_the_flight(flight: Flight, paused: Page) -> None:
-    link, scale = flight.scenario.link, gauge_scale(flight.scenario)
-    for row in (0, 300, 1101, 1998, 2000):
-        seek(paused, row * 0.02)
-        position, eta, ship = (getattr(flight, name)[row] for name in ("position", "attitude", "ship_position"))
-        X_WB = pose(paused, VEHICLE)
-        np.testing.assert_allclose(X_WB[:3, 3], position, atol=1e-5)
-        np.testing.assert_allclose(X_WB[:3, :3], rotation_matrix(eta), atol=1e-5)
-        # The ends of each ray's drawing, which is one long before it is stretched.
-        ends = np.array([[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 1.0]]).T
-        drawn = {name: (pose(paused, f"{RAYS}/{name}/length") @ ends)[:3].T for name in ("direct", "down_to_sea")}
-        drawn["up_from_sea"] = (pose(paused, f"{RAYS}/up_from_sea/length") @ ends)[:3].T
-        antenna = antenna_position(position, eta, link)
-        mast = ship + np.array([0.0, 0.0, link.ship_antenna_height])
-        np.testing.assert_allclose(drawn["direct"], [antenna, mast], atol=2e-4)
-        np.testing.assert_allclose([drawn["down_to_sea"][0], drawn["up_from_sea"][1]], [antenna, mast], atol=2e-4)
-        np.testing.assert_allclose(drawn["down_to_sea"][1], drawn["up_from_sea"][0], atol=2e-4)
-        assert drawn["down_to_sea"][1, 2] == pytest.approx(-20.0, abs=2e-4)
-        height = pose(paused, f"{BAR}/height", BAR)[1, 1] / (TOP - BOTTOM)
-        read = scale.low_db + height * (scale.high_db - scale.low_db)
-        assert read == pytest.approx(flight.snr_db[row], abs=0.01)
-
-
-def test_the_rotors_lean_as_they_push(flight: Flight, paused: Page) -> None:
-    seek(paused, 12.0)
-    forces = wrench_map(flight.scenario.airframe)[:3]
-    blades = []
-    for i in range(6):
-        X_BP = pose(paused, f"{VEHICLE}/rotor_{i}", VEHICLE)
-        np.testing.assert_allclose(X_BP[:3, 2], forces[:, i] / np.linalg.norm(forces[:, i]), atol=1e-6)
-        turned = pose(paused, f"{VEHICLE}/rotor_{i}/blades_slowed_down", f"{VEHICLE}/rotor_{i}")
-        blades.append(np.arctan2(turned[1, 0], turned[0, 0]))
-    # 12 s at 60 Hz, a hundred times slower, against the sense of the drag torque.
-    sense = -np.sign([rotor.moment_ratio for rotor in rotor_table(flight.scenario.airframe)])
-    expected = np.exp(1j * 2.0 * np.pi * 12.0 * 0.6 * sense)
-    np.testing.assert_allclose(np.exp(1j * np.array(blades)), expected, atol=0.02)
-
-
-def test_the_path_grows_with_time(paused: Page) -> None:
-    script = """path => Object.values(viewer.scene_tree.find(path.split('/').slice(1)).children)
-        .filter(child => child.object.visible).length"""
-    counts = []
-    for time in (0.0, 10.0, 20.0, 39.9, 40.0):
-        seek(paused, time)
-        counts.append([paused.evaluate(script, path) for path in (f"{WORLD}/path_so_far", "/drake/gauge/size/curve")])
-    counted = np.array(counts)
-    assert list(counted[0]) == [0, 0]
-    assert np.all(np.diff(counted, axis=0) >= 0)
-    assert np.all(counted[1:4] > np.array([[50], [100], [210]]))
-    assert np.all(counted[-1] <= 251)
-
-
-def test_one_sample_without_rotors_makes_a_still_picture(tmp_path: Path, open_page) -> None:
-    scenario = load_scenario("paper").with_value("simulation.duration", 1e-4)
-    one = run_flight(build_link_only(scenario), scenario)
-    assert len(one.time) == 1
-    write_replay(one, tmp_path / "one.html")
-    page = open_page(tmp_path / "one.html", 400, 300)
-    page.wait_for_timeout(300)
-    assert colors(page.screenshot()) > 300
-    np.testing.assert_allclose(pose(page, VEHICLE)[:3, 3], one.position[0], atol=1e-6)
-
-
-def test_a_scene_can_be_live(flight: Flight) -> None:
-    meshcat = start_meshcat(port=0)
-    scene = Scene(meshcat, flight.scenario)
-    for row in (0, 500, 1000):
-        scene.show(flight.sample(row))
-    assert meshcat.HasPath(f"{WORLD}/path_so_far/0001")
-    assert not meshcat.HasPath(f"{WORLD}/path_so_far/0002")
 
 
 def test_an_observer_sees_each_sample_and_changes_nothing() -> None:

@@ -16,7 +16,7 @@ TICK_DB = 5.0
 DEEPEST_FADE_DB = 40.0  # below the best SNR; without it, a reflection as strong as the direct ray has no lowest SNR
 
 # Where things stand on the panel, m, from its lower left corner; lengths are those of a vehicle of Table I's size.
-WIDTH, HEIGHT = 1.36, 0.56
+WIDTH, HEIGHT = 1.36, 0.58
 BOTTOM, TOP = 0.11, 0.44
 BAR = (0.19, 0.27)
 CHART = (0.34, 1.30)
@@ -47,7 +47,7 @@ class GaugeScale:
 
 
 def gauge_scale(scenario: Scenario) -> GaugeScale:
-    """The scale that holds every SNR on the planned paths, from both rays in antiphase to both in phase."""
+    """The scale from both rays in antiphase to both in phase, on the planned paths and at the centre of mass."""
     times = np.linspace(0.0, scenario.mission.duration, 200)
     position, ship = uav_position(times, scenario.mission), ship_position(times, scenario.mission)
     link = scenario.link
@@ -95,7 +95,7 @@ class Gauge:
     def _draw(self) -> None:
         stage, path = self._stage, self._path
         stage.put(f"{path}/back", _rectangle(0.0, WIDTH, 0.0, HEIGHT, 0.02), BACK, glow=0.6)
-        frame, faint, words = [], [], [text("SNR dB", LETTER, (0.06, TOP + 0.045))]
+        frame, faint, words = [], [], [text("SNR dB", LETTER, (0.06, TOP + 0.065))]
         ticks = self.scale.ticks_db()
         labelled = ticks[:: 1 if len(ticks) <= 6 else 2]
         for level in ticks:
@@ -108,7 +108,7 @@ class Gauge:
             x = self._across(time)
             words.append(text(f"{time:g}", LETTER, (x, BOTTOM - 0.075), align=0.5))
             faint.append([[x, BOTTOM], [x, TOP]])
-        words.append(text("time s", LETTER, (CHART[1], TOP + 0.045), align=1.0))
+        words.append(text("time s", LETTER, (CHART[1], TOP + 0.065), align=1.0))
         for left, right in (BAR, CHART):
             corners = np.array([[left, BOTTOM], [right, BOTTOM], [right, TOP], [left, TOP]])
             frame.extend(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1))
