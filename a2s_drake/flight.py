@@ -198,7 +198,8 @@ def run_flight(
       diagram: `closed_loop` or `link_only` of `diagrams.BUILDERS`, built for this scenario, or one of the user's that
         exports the same ports.
       progress: called with 1 after each sample.
-      observer: called with each sample as soon as it is logged; it must not change what it is given.
+      observer: called with each sample as soon as it is logged; it must not change what it is given. What it raises
+        ends the flight like an error of the diagram.
       target_realtime_rate: how fast simulated time may pass over wall-clock time; 0 means as fast as it can.
     Raises:
       FlightEnded: when the vehicle's state is no longer finite, or Drake refuses to go on; names time and reason.
