@@ -38,6 +38,22 @@ def uav_velocity(time: FloatArray, mission: Mission) -> FloatArray:
     return mission.radius * rate[..., np.newaxis] * tangent
 
 
+def uav_acceleration(time: FloatArray, mission: Mission) -> FloatArray:
+    """Second time derivative of `uav_position`, m/s^2, W; shape (...) to (..., 3).
+
+    At both ends of the mission it jumps: the warp starts and stops at rest, but with an angular acceleration of
+    pi^3/T^2. At 0 and at T this is the value on the mission's side.
+    """
+    inside = (np.asarray(time) >= 0.0) & (np.asarray(time) <= mission.duration)
+    progress = _progress(time, mission.duration)
+    angle = np.pi * (1.0 - np.cos(np.pi * progress))
+    rate = np.pi**2 / mission.duration * np.sin(np.pi * progress)
+    rate_slope = np.pi**3 / mission.duration**2 * np.cos(np.pi * progress) * inside
+    tangent = np.stack([-np.sin(angle), np.cos(angle), np.zeros_like(angle)], axis=-1)
+    outward = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
+    return mission.radius * (rate_slope[..., np.newaxis] * tangent - (rate**2)[..., np.newaxis] * outward)
+
+
 def ship_position(time: FloatArray, mission: Mission) -> FloatArray:
     """The ship's reference point at sea level in W, m; it moves at constant speed. Shape (...) to (..., 3)."""
     start, end = (np.array([*point, mission.sea_level]) for point in (mission.ship_start, mission.ship_end))
