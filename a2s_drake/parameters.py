@@ -124,6 +124,32 @@ class AttitudeLaw:
 
 
 @dataclass
+class Planning:
+    """How the law `planned` seeks its attitude before take-off, and how far it stays from what the vehicle can do."""
+
+    # Spacing of the spline's knots, s, and largest spacing of the instants at which the limits are imposed, s.
+    knot_spacing: float = _number(0.1, at_least=1e-2, at_most=10.0)
+    limit_spacing: float = _number(0.05, at_least=1e-3, at_most=10.0)
+    # What is left to the controller of the lowest and highest rotor speed, Hz, and as a share of the largest Euler
+    # angle and of the largest body angular velocity.
+    rotor_speed_min_margin: float = _number(1.0, at_least=0.0, at_most=1e4)
+    rotor_speed_max_margin: float = _number(2.0, at_least=0.0, at_most=1e4)
+    attitude_margin: float = _number(0.2 / 15.0, at_least=0.0, below=1.0)
+    angular_velocity_margin: float = _number(0.03, at_least=0.0, below=1.0)
+    # Penalty on the square of the Euler angles' acceleration over time, bit/Hz per rad^2/s^3: it settles what the link
+    # leaves open, and costs less than 0.03 % of the throughput.
+    acceleration_weight: float = _number(1.0e-4, at_least=0.0, at_most=1e3)
+    # Stages of the dynamic programme that chooses the fringes, s, and grid steps an Euler angle may go in one of them.
+    search_period: float = _number(0.05, at_least=1e-2, at_most=10.0)
+    search_reach: int = _number(2, at_least=1, at_most=5)
+    # Most iterations of the sequential quadratic programme and of IPOPT, which polishes its answer; 0 leaves it out.
+    sqp_iterations: int = _number(80, at_least=0, at_most=100_000)
+    ipopt_iterations: int = _number(30, at_least=0, at_most=100_000)
+    # Instants at which a finished plan is checked, 1/s.
+    certificate_rate: float = _number(200.0, at_least=1.0, at_most=1e5)
+
+
+@dataclass
 class Mpc:
     """The tracking controller: horizon, weights, bounds and solver."""
 
