@@ -45,6 +45,12 @@ class Limits:
         rate = (1.0 - planning.angular_velocity_margin) * scenario.mpc.angular_velocity_limit
         return cls(angle, rate, low**2, high**2)
 
+    def tightened(self, share: float) -> "Limits":
+        """These limits drawn in by a share of each, and of the rotors' range on both sides."""
+        reserve = share * (self.input_high - self.input_low)
+        kept = 1.0 - share
+        return Limits(kept * self.angle, kept * self.rate, self.input_low + reserve, self.input_high - reserve)
+
     def use(self, flat: FlatMap, motion: FloatArray, acceleration: FloatArray) -> FloatArray:
         """How much of each limit is used, from -1 to 1 where it is kept, shape (..., 12).
 

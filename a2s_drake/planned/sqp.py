@@ -5,7 +5,6 @@ where this has converged, the Hessian being known interval by interval.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from pydrake.solvers import MathematicalProgram, QuadraticCost, SolverOptions
@@ -24,16 +23,6 @@ _FIRST_PRICE, _PRICE_RISE, _HIGHEST_PRICE = 20.0, 10.0, 2.1e4
 _FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.05, 0.5, 1e-6
 # Converged when the model promises less than this share of the throughput, and limits are kept to this share of them.
 _GAIN_TOLERANCE, EXCESS_TOLERANCE = 1e-6, 1e-4
-
-
-@dataclass(frozen=True)
-class Progress:
-    """Where planning stands: phase, its iteration, throughput (bit/Hz), largest excess in units of a limit."""
-
-    phase: str
-    iteration: int
-    throughput: float
-    excess: float
 
 
 class StepProgram:
@@ -118,15 +107,16 @@ class StepProgram:
 
 
 def improve(
-    grid: SplineGrid, stretch: Stretch, control: FloatArray, iterations: int, report: Callable[[Progress], None]
-) -> tuple[FloatArray, int]:
-    """Control points of a local optimum near the given ones, and the number of QPs solved.
+    grid: SplineGrid, stretch: Stretch, control: FloatArray, iterations: int, visit: Callable[[FloatArray, int], None]
+) -> FloatArray:
+    """Control points of a local optimum near the given ones.
 
     A trust-region method on the exact penalty function cost + price * sum of the intervals' excesses (R. Fletcher,
     Practical Methods of Optimization, 1987, section 14.4). What it returns may break limits where it was cut short.
 
     Args:
-      report: is told every accepted step; may raise to end the search.
+      visit: is shown the control points after every accepted step, and told how many QPs have been solved; may raise
+        to end the search.
     """
     program = StepProgram(grid, stretch)
     price, radius, solved = _FIRST_PRICE, _FIRST_RADIUS, 0
@@ -155,5 +145,5 @@ def improve(
             radius = min(max(radius, 2.0 * float(np.abs(step).max())), _LARGEST_RADIUS)
         if kept > 0.0:
             control, cost, excess, stale = control + step, new_cost, new_excess, True
-            report(Progress("sqp", solved, stretch.throughput(control), float(stretch.excess(control).max())))
-    return control, solved
+            visit(control, solved)
+    return control

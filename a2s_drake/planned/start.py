@@ -70,7 +70,7 @@ def search(task: Task, caution: Caution, report: Callable[[int], None] | None = 
     """The best path through the grid from level at 0 to anywhere at the end.
 
     Args:
-      report: is told every stage.
+      report: is told every stage; may raise to end the search.
     Returns:
       times, s, shape (stages + 1,), and attitudes, rad, (stages + 1, 3).
     """
