@@ -129,7 +129,7 @@ class Planning:
 
     # Spacing of the spline's knots, s, and largest spacing of the instants at which the limits are imposed, s.
     knot_spacing: float = _number(0.1, at_least=1e-2, at_most=10.0)
-    limit_spacing: float = _number(0.05, at_least=1e-3, at_most=10.0)
+    limit_spacing: float = _number(0.025, at_least=1e-3, at_most=10.0)
     # What is left to the controller of the lowest and highest rotor speed, Hz, and as a share of the largest Euler
     # angle and of the largest body angular velocity.
     rotor_speed_min_margin: float = _number(1.0, at_least=0.0, at_most=1e4)

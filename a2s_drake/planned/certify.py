@@ -43,11 +43,14 @@ class Certificate:
 
     @property
     def margins(self) -> dict[str, float]:
-        """What is left of each limit, as a share of it (of the range, for rotor speeds); negative where it is broken."""
-        low, high = self.rotor_speed_range
+        """What is left of each limit, negative where it is broken: a share of the range of thrust, or of the limit."""
+        low, high, lowest, highest = (
+            np.copysign(speed**2, speed)
+            for speed in (*self.rotor_speed_range, self.rotor_speed_min, self.rotor_speed_max)
+        )
         return {
-            "rotor_speed_min": (self.rotor_speed_min - low) / (high - low),
-            "rotor_speed_max": (high - self.rotor_speed_max) / (high - low),
+            "rotor_speed_min": float((lowest - low) / (high - low)),
+            "rotor_speed_max": float((high - highest) / (high - low)),
             "attitude": 1.0 - self.attitude_max_deg / self.attitude_limit_deg,
             "angular_velocity": 1.0 - self.angular_velocity_max / self.angular_velocity_limit,
         }

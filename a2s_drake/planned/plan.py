@@ -22,8 +22,9 @@ from a2s_drake.scenario import Scenario
 # Two searches: one at the limits, whose corners the smooth plan cannot all follow, and one with room left for that.
 _CAUTIONS = (Caution(), Caution(rate_share=0.8, rotor_reserve=0.03))
 
-# When the finer grid of the certificate finds an excess, limits are drawn in by it and a little more, this often.
-_TIGHTENINGS, _TIGHTENING = 3, 0.003
+# When the certificate finds an excess, that is between the instants at which limits were imposed: these are doubled and
+# the limits drawn in by this share, this often.
+_TIGHTENINGS, _TIGHTENING = 4, 0.002
 
 
 @dataclass(frozen=True)
@@ -85,13 +86,18 @@ class _Record:
     """The best feasible plan so far, who is told of it, and the time that is left."""
 
     def __init__(self, task: Task, progress: Callable[[Progress], None] | None, time_limit: float | None) -> None:
-        self.task, self.whole = task, Stretch(task)
         self._progress = progress
         self._deadline = None if time_limit is None else time.monotonic() + time_limit
-        self.best = np.zeros((task.grid.controls, 3))
-        self.cost = self.whole.cost(self.best)
-        self.throughput = -self.cost
         self.iterations = {"sqp": 0, "ipopt": 0}
+        self.truncated = False
+        self.impose(task)
+
+    def impose(self, task: Task) -> None:
+        """Starts again from level under the limits of a task."""
+        self.task, self.whole = task, Stretch(task)
+        self.best = np.zeros((task.grid.controls, 3))
+        self._cost = self.whole.cost(self.best)
+        self.throughput = -self._cost
 
     def seconds_left(self) -> float | None:
         return None if self._deadline is None else self._deadline - time.monotonic()
@@ -110,9 +116,11 @@ class _Record:
 
     def consider(self, control: FloatArray) -> None:
         """Takes a plan over if it keeps the limits and is the best so far."""
+        # Solvers keep equations to a tolerance; rates at rest, and a level start, can be exact.
+        control = self.task.grid.rested(control)
         cost = self.whole.cost(control)
-        if cost < self.cost and self.whole.excess(control).max() <= EXCESS_TOLERANCE:
-            self.best, self.cost, self.throughput = control, cost, self.whole.throughput(control)
+        if cost < self._cost and self.whole.excess(control).max() <= EXCESS_TOLERANCE:
+            self.best, self._cost, self.throughput = control, cost, self.whole.throughput(control)
 
 
 def plan_attitude(
@@ -143,20 +151,19 @@ def plan_attitude(
             "speeds that planning.rotor_speed_min_margin and rotor_speed_max_margin leave"
         )
     level_throughput = record.throughput
-    truncated = False
     try:
         _optimise(record)
         record.tell("certify", 0)
     except _OutOfTimeError:
-        truncated = True
-    control, certificate, in_time = _certified(record)
+        record.truncated = True
+    control, certificate = _certified(record)
     return PlannedAttitude(
         AttitudeSpline(record.task.grid.duration, control),
         record.whole.throughput(control),
         level_throughput,
         certificate,
         record.iterations,
-        truncated or not in_time,
+        record.truncated,
     )
 
 
@@ -166,12 +173,12 @@ def _optimise(record: _Record) -> None:
         path = search(task, caution, lambda stage: record.tell("search", stage))
         start = rounded(task.grid, *path)
         record.consider(_toward_level(start, lambda control: record.whole.excess(control).max() <= 0.0))
-        _run_sqp(record, record.whole, start)
+        _run_sqp(record, start)
     if task.planning.ipopt_iterations > 0:
         _run_ipopt(record)
 
 
-def _run_sqp(record: _Record, whole: Stretch, start: FloatArray) -> FloatArray:
+def _run_sqp(record: _Record, start: FloatArray) -> None:
     before = record.iterations["sqp"]
 
     def visit(control: FloatArray, solved: int) -> None:
@@ -179,7 +186,7 @@ def _run_sqp(record: _Record, whole: Stretch, start: FloatArray) -> FloatArray:
         record.consider(control)
         record.tell("sqp", record.iterations["sqp"])
 
-    return improve(record.task.grid, whole, start, record.task.planning.sqp_iterations, visit)
+    improve(record.task.grid, record.whole, start, record.task.planning.sqp_iterations, visit)
 
 
 def _run_ipopt(record: _Record) -> None:
@@ -194,30 +201,31 @@ def _run_ipopt(record: _Record) -> None:
     program.solve(record.best, record.task.planning.ipopt_iterations, record.seconds_left(), visit)
 
 
-def _certified(record: _Record) -> tuple[FloatArray, Certificate, bool]:
-    """The best plan and its certificate, drawn in where the finer grid finds an excess; False where time was short."""
-    task, control, in_time = record.task, record.best, True
-    scenario, rate = task.scenario, task.planning.certificate_rate
+def _certified(record: _Record) -> tuple[FloatArray, Certificate]:
+    """The best plan and its certificate, solved again where that finds an excess."""
+    task = record.task
 
     def check(control: FloatArray) -> Certificate:
-        return certify(AttitudeSpline(task.grid.duration, control), scenario, rate)
+        return certify(AttitudeSpline(task.grid.duration, control), task.scenario, task.planning.certificate_rate)
 
+    control = record.best
     certificate = check(control)
-    limits = task.limits
     for _ in range(_TIGHTENINGS):
-        if certificate.holds or not in_time:
+        if certificate.holds or record.truncated:
             break
-        limits = limits.tightened(_TIGHTENING - min(certificate.margins.values()))
-        tighter = Stretch(replace(task, limits=limits))
+        planning = replace(task.planning, limit_spacing=task.planning.limit_spacing / 2.0)
+        task = replace(task, planning=planning, limits=task.limits.tightened(_TIGHTENING))
+        record.impose(task)
         try:
-            control = _run_sqp(record, tighter, control)
+            _run_sqp(record, control)
         except _OutOfTimeError:
-            in_time = False
+            record.truncated = True
+        control = record.best
         certificate = check(control)
     if not certificate.holds:
         control = _toward_level(control, lambda some: check(some).holds)
         certificate = check(control)
-    return control, certificate, in_time
+    return control, certificate
 
 
 def _toward_level(control: FloatArray, accepted: Callable[[FloatArray], bool]) -> FloatArray:
