@@ -18,7 +18,7 @@ from a2s_drake.planned.stretch import SHAPE, Stretch
 
 # Price of each interval's largest excess over a limit, bit/Hz per unit of the limit. A limit's multiplier is what one
 # interval's throughput can win by it; where this is ever too little, it is raised.
-_FIRST_PRICE, _PRICE_RISE, _HIGHEST_PRICE = 20.0, 10.0, 2.1e4
+_FIRST_PRICE, _PRICE_RISE, _HIGHEST_PRICE = 2.0, 5.0, 1e5
 # Trust region: largest change of a control point, rad.
 _FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.05, 0.5, 1e-6
 # Converged when the model promises less than this share of the throughput, and limits are kept to this share of them.
@@ -82,9 +82,19 @@ class StepProgram:
         _, self._gradient, self._hessian = self._stretch.cost_model(control)
         for model, gradient, hessian in zip(self._models, self._gradient, self._hessian, strict=True):
             model.UpdateCoefficients(hessian, gradient, 0.0, True)
-        use, free = self._stretch.use(control).ravel(), np.full(self._height // 2, np.inf)
-        matrix = self._limit_matrix(self._stretch.use_slopes(control))
-        self._limits.UpdateCoefficients(matrix, np.concatenate([-free, -1.0 - use]), np.concatenate([1.0 - use, free]))
+        self._slopes = self._stretch.use_slopes(control)
+        self._matrix = self._limit_matrix(self._slopes)
+        self._set_limits(self._stretch.use(control))
+
+    def correct(self, control: FloatArray, step: FloatArray) -> None:
+        """Makes the model of the limits exact at the end of a step, where their curvature had spoilt it."""
+        shape = step[self._stretch.shape_of_limit].reshape(-1, SHAPE, 1)
+        self._set_limits(self._stretch.use(control + step) - (self._slopes @ shape)[..., 0])
+
+    def _set_limits(self, use: FloatArray) -> None:
+        use, free = use.ravel(), np.full(self._height // 2, np.inf)
+        low, high = np.concatenate([-free, -1.0 - use]), np.concatenate([1.0 - use, free])
+        self._limits.UpdateCoefficients(self._matrix, low, high)
 
     def solve(self, radius: float, price: float) -> tuple[FloatArray, float, float] | None:
         """The best step within a trust region.
@@ -112,7 +122,7 @@ def improve(
     """Control points of a local optimum near the given ones.
 
     A trust-region method on the exact penalty function cost + price * sum of the intervals' excesses (R. Fletcher,
-    Practical Methods of Optimization, 1987, section 14.4). What it returns may break limits where it was cut short.
+    Practical Methods of Optimization, 1987, section 14.4), with second-order corrections. What it returns may break limits where it was cut short.
 
     Args:
       visit: is shown the control points after every accepted step, and told how many QPs have been solved; may raise
@@ -121,6 +131,11 @@ def improve(
     program = StepProgram(grid, stretch)
     price, radius, solved = _FIRST_PRICE, _FIRST_RADIUS, 0
     cost, excess = stretch.cost(control), stretch.excess(control).sum()
+
+    def won(step: FloatArray) -> float:
+        left = cost - stretch.cost(control + step) + price * (excess - stretch.excess(control + step).sum())
+        return float(left)
+
     stale = True
     while solved < iterations and radius > _SMALLEST_RADIUS:
         if stale:
@@ -137,13 +152,20 @@ def improve(
                 break
             price *= _PRICE_RISE
             continue
-        new_cost, new_excess = stretch.cost(control + step), stretch.excess(control + step).sum()
-        kept = (cost - new_cost + price * (excess - new_excess)) / promised
-        if kept < 0.1:
-            radius = 0.4 * min(radius, float(np.abs(step).max()))
-        elif kept > 0.7:
-            radius = min(max(radius, 2.0 * float(np.abs(step).max())), _LARGEST_RADIUS)
-        if kept > 0.0:
-            control, cost, excess, stale = control + step, new_cost, new_excess, True
+        gained = won(step)
+        if gained < 0.25 * promised:
+            program.correct(control, step)
+            corrected, stale = program.solve(radius, price), True
+            solved += 1
+            if corrected is not None and won(corrected[0]) > gained:
+                step, gained = corrected[0], won(corrected[0])
+        size = float(np.abs(step).max())
+        if gained < 0.1 * promised:
+            radius = 0.4 * min(radius, size)
+        elif gained > 0.7 * promised:
+            radius = min(max(radius, 2.0 * size), _LARGEST_RADIUS)
+        if gained > 0.0:
+            control, stale = control + step, True
+            cost, excess = stretch.cost(control), stretch.excess(control).sum()
             visit(control, solved)
     return control
