@@ -41,10 +41,14 @@ class FlatMap:
           ValueError: when its rotors cannot make every wrench, so that it is not flat in position and attitude.
         """
         effect = wrench_map(airframe)
-        # The wrench mixes newtons and newton metres of like size; 1e6 is far beyond any airframe that can turn in place.
+        # Newtons and newton metres are of like size here; 1e6 is far beyond any airframe that can turn in place.
         if np.linalg.cond(effect) > 1e6:
             raise ValueError(f"airframe.tilt_deg = {airframe.tilt_deg!r}: these rotors cannot make every wrench")
-        return cls(airframe.mass, np.asarray(airframe.inertia, dtype=float), np.linalg.inv(effect))
+        return cls(
+            airframe.mass,
+            np.asarray(airframe.inertia, dtype=float),
+            np.asarray(np.linalg.inv(effect), dtype=np.float64),
+        )
 
     def needs(self, motion: FloatArray, acceleration: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Body angular velocity, rad/s, B, shape (..., 3), and squared rotor speeds, Hz^2, shape (..., 6).

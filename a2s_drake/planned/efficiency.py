@@ -58,10 +58,10 @@ def efficiency_derivatives(
     q_by_ref_ref = 6.0 * gamma**2 / d_ref**4 - 2.0 * even / d_ref**2 - 2.0 * odd / d_ref + wave**2 * even
     q_by_los_ref = -even / (d_los * d_ref) - odd / d_los + odd / d_ref - wave**2 * even
 
-    gradient = sum(_scaled(by, slope) for by, slope in zip(q_by, slopes, strict=True))
+    gradient = _scaled(q_by[0], slopes[0]) + _scaled(q_by[1], slopes[1])
     mixed = slopes[0][:, :, np.newaxis] * slopes[1][:, np.newaxis]
-    hessian = sum(_scaled(by, curvature) for by, curvature in zip(q_by, curvatures, strict=True))
-    hessian = hessian + _scaled(q_by_los_ref, mixed + np.swapaxes(mixed, 1, 2))
+    hessian = _scaled(q_by[0], curvatures[0]) + _scaled(q_by[1], curvatures[1])
+    hessian += _scaled(q_by_los_ref, mixed + np.swapaxes(mixed, 1, 2))
     for by, slope in ((q_by_los_los, slopes[0]), (q_by_ref_ref, slopes[1])):
         hessian += _scaled(by, slope[:, :, np.newaxis] * slope[:, np.newaxis])
 

@@ -1,6 +1,7 @@
 """Attitude over time as a uniform cubic B-spline."""
 
 from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline

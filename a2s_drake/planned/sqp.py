@@ -44,7 +44,9 @@ class StepProgram:
         self._step_indices = np.reshape(self.prog.FindDecisionVariableIndices(step.ravel()), step.shape)
         self._slack_indices = np.asarray(self.prog.FindDecisionVariableIndices(slack))
         self._models = [
-            self.prog.AddCost(QuadraticCost(np.eye(SHAPE), np.zeros(SHAPE), 0.0, is_convex=True), shape.ravel()).evaluator()
+            self.prog.AddCost(
+                QuadraticCost(np.eye(SHAPE), np.zeros(SHAPE), 0.0, is_convex=True), shape.ravel()
+            ).evaluator()
             for shape in step[stretch.shape_of_interval]
         ]
         self._price = self.prog.AddLinearCost(np.zeros(slack.size), 0.0, slack).evaluator()

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import block_array, eye_array
+from scipy.sparse import bmat, csc_matrix, identity
 from scipy.sparse.linalg import spsolve
 
 from a2s_drake.arrays import BoolArray, FloatArray
@@ -53,17 +53,17 @@ class AttitudeGrid:
         self.level = (self.side,) * 3
         R_WB = rotation_matrix(self.eta)
         self.offset = R_WB @ np.asarray(task.scenario.link.antenna_offset)
-        self.restful = self._restful(task, R_WB, caution)
+        self.restful = self._restful(task, caution)
 
-    def _restful(self, task: Task, R_WB: FloatArray, caution: Caution) -> BoolArray:
+    def _restful(self, task: Task, caution: Caution) -> BoolArray:
         still = np.concatenate([self.eta, np.zeros((*self.eta.shape[:-1], 6))], axis=-1)
         _, u = task.flat.needs(still, np.zeros(3))
         reserve = caution.rotor_reserve * (task.limits.input_high - task.limits.input_low)
         low, high = task.limits.input_low + reserve, task.limits.input_high - reserve
-        restful = ((u >= low) & (u <= high)).all(axis=-1)
+        restful: BoolArray = np.asarray(((u >= low) & (u <= high)).all(axis=-1))
         # Whoever reserves so much that not even level is left, stays level.
         restful[self.level] = True
-        return np.asarray(restful)
+        return restful
 
 
 def search(task: Task, caution: Caution, report: Callable[[int], None] | None = None) -> tuple[FloatArray, FloatArray]:
@@ -75,7 +75,7 @@ def search(task: Task, caution: Caution, report: Callable[[int], None] | None = 
       times, s, shape (stages + 1,), and attitudes, rad, (stages + 1, 3).
     """
     grid, scenario = AttitudeGrid(task, caution), task.scenario
-    time = grid.period * np.arange(grid.stages + 1)
+    time: FloatArray = grid.period * np.arange(grid.stages + 1, dtype=np.float64)
     position, ship = uav_position(time, scenario.mission), ship_position(time, scenario.mission)
     shape = grid.restful.shape
     allowed = np.flatnonzero(grid.restful)
@@ -129,12 +129,12 @@ def _advance(value: FloatArray, moves: list[int], prices: list[float]) -> tuple[
 def rounded(grid: SplineGrid, time: FloatArray, path: FloatArray) -> FloatArray:
     """Control points, (controls, 3), that follow a path smoothly in the sense of least squares, from rest to rest."""
     follow = grid.matrix(time)
-    second = grid.matrix(grid.spacing * (np.arange(grid.intervals) + 0.5), 2)
+    second = grid.matrix(grid.spacing * (np.arange(grid.intervals, dtype=np.float64) + 0.5), 2)
     weight = _ROUNDING**4 * grid.spacing * len(time) / grid.duration
     points, weights = grid.rest()
     rest = np.zeros((len(points), grid.controls))
     np.put_along_axis(rest, points, weights, axis=1)
-    normal = follow.T @ follow + weight * (second.T @ second) + 1e-9 * eye_array(grid.controls)
-    system = block_array([[normal, rest.T], [rest, None]], format="csc")
+    normal = follow.T @ follow + weight * (second.T @ second) + 1e-9 * identity(grid.controls)
+    system = bmat([[normal, csc_matrix(rest.T)], [csc_matrix(rest), None]], format="csc")
     aim = np.vstack([follow.T @ path, np.zeros((len(points), 3))])
     return np.asarray(spsolve(system, aim)[: grid.controls])
