@@ -92,6 +92,11 @@ class FlatMap:
         return omega_by, self.inputs_of_wrench @ wrench_by
 
 
+def body_rates(eta: FloatArray, rate: FloatArray) -> FloatArray:
+    """Body angular velocity omega, rad/s, B, of Euler angles (rad) that change at a rate (rad/s); shapes (..., 3)."""
+    return _apply(_euler_axes(eta), rate)
+
+
 def _lift(acceleration: FloatArray) -> FloatArray:
     return acceleration + np.array([0.0, 0.0, GRAVITY])
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from a2s_drake.arrays import FloatArray
 from a2s_drake.checks import ScenarioError
-from a2s_drake.flatness import FlatMap
+from a2s_drake.flatness import body_rates
 from a2s_drake.parameters import Planning
 from a2s_drake.planned.certify import Certificate, certify
 from a2s_drake.planned.polish import PlanProgram
@@ -72,11 +72,9 @@ class PlannedAttitude:
         """Roll, pitch, yaw, rad; shape (...) to (..., 3)."""
         return self.spline.eta(time)
 
-    def angular_velocity(self, time: FloatArray, flat: FlatMap) -> FloatArray:
+    def angular_velocity(self, time: FloatArray) -> FloatArray:
         """Body angular velocity, rad/s, B; shape (...) to (..., 3)."""
-        parts = (self.spline.eta(time), self.spline.rate(time), self.spline.acceleration(time))
-        omega, _ = flat.needs(np.concatenate(parts, axis=-1), np.zeros(3))
-        return omega
+        return body_rates(self.spline.eta(time), self.spline.rate(time))
 
 
 class _OutOfTimeError(Exception):
@@ -148,8 +146,8 @@ def plan_attitude(
     record = _Record(Task.of(scenario, planning), progress, time_limit)
     if record.whole.excess(record.best).max() > EXCESS_TOLERANCE:
         raise ScenarioError(
-            f"mission.duration = {scenario.mission.duration!r}: on this path not even the level vehicle keeps the rotor "
-            "speeds that planning.rotor_speed_min_margin and rotor_speed_max_margin leave"
+            f"mission.duration = {scenario.mission.duration!r}: on this path not even the level vehicle keeps the "
+            "rotor speeds that planning.rotor_speed_min_margin and rotor_speed_max_margin leave"
         )
     level_throughput = record.throughput
     try:

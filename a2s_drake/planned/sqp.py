@@ -5,6 +5,7 @@ where this has converged, the Hessian being known interval by interval.
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from pydrake.solvers import MathematicalProgram, QuadraticCost, SolverOptions
@@ -43,12 +44,9 @@ class StepProgram:
         step, slack = np.array(steps), np.array(slacks).ravel()
         self._step_indices = np.reshape(self.prog.FindDecisionVariableIndices(step.ravel()), step.shape)
         self._slack_indices = np.asarray(self.prog.FindDecisionVariableIndices(slack))
-        self._models = [
-            self.prog.AddCost(
-                QuadraticCost(np.eye(SHAPE), np.zeros(SHAPE), 0.0, is_convex=True), shape.ravel()
-            ).evaluator()
-            for shape in step[stretch.shape_of_interval]
-        ]
+        self._models = [QuadraticCost(np.eye(SHAPE), np.zeros(SHAPE), 0.0, is_convex=True) for _ in slack]
+        for model, shape in zip(self._models, step[stretch.shape_of_interval], strict=True):
+            self.prog.AddCost(model, shape.ravel())
         self._price = self.prog.AddLinearCost(np.zeros(slack.size), 0.0, slack).evaluator()
         self.prog.AddBoundingBoxConstraint(0.0, np.inf, slack)
         self._region = self.prog.AddBoundingBoxConstraint(-1.0, 1.0, step.ravel()).evaluator()
@@ -60,7 +58,7 @@ class StepProgram:
         for name in ("eps_abs", "eps_rel"):
             self._options.SetOption(PiqpSolver.id(), name, 1e-6)
 
-    def _add_limits(self) -> object:
+    def _add_limits(self) -> Any:
         """Every limit twice: from above less the slack of its interval, from below plus the slack."""
         stretch = self._stretch
         count = len(stretch.interval_of_limit)
@@ -123,8 +121,9 @@ def improve(
 ) -> FloatArray:
     """Control points of a local optimum near the given ones.
 
-    A trust-region method on the exact penalty function cost + price * sum of the intervals' excesses (R. Fletcher,
-    Practical Methods of Optimization, 1987, section 14.4), with second-order corrections. What it returns may break limits where it was cut short.
+    A trust-region method on the exact penalty function cost + price * sum of the intervals' excesses, with second-order
+    corrections (R. Fletcher, Practical Methods of Optimization, 1987, section 14.4). What it ends with may break limits
+    where it was cut short.
 
     Args:
       visit: is shown the control points after every accepted step, and told how many QPs have been solved; may raise
