@@ -144,7 +144,7 @@ class Planning:
     search_reach: int = _number(2, at_least=1, at_most=5)
     # Most iterations of the sequential quadratic programme and of IPOPT, which polishes its answer; 0 leaves it out.
     sqp_iterations: int = _number(80, at_least=0, at_most=100_000)
-    ipopt_iterations: int = _number(30, at_least=0, at_most=100_000)
+    ipopt_iterations: int = _number(20, at_least=0, at_most=100_000)
     # Instants at which a finished plan is checked, 1/s.
     certificate_rate: float = _number(200.0, at_least=1.0, at_most=1e5)
 
