@@ -1,6 +1,8 @@
 """IPOPT on the exact nonlinear program, from a plan that is nearly optimal already."""
 
-from collections.abc import Callable
+import contextlib
+import logging
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -92,6 +94,19 @@ class PlanProgram:
         variables = self._control.ravel()
         watch = self.prog.AddVisualizationCallback(lambda values: visit(values.reshape(-1, 3)), variables)
         self.prog.SetInitialGuess(self._control, control)
-        result = IpoptSolver().Solve(self.prog, self.prog.initial_guess(), options)
+        with _without_warnings():
+            result = IpoptSolver().Solve(self.prog, self.prog.initial_guess(), options)
         self.prog.RemoveVisualizationCallback(watch)
         return np.asarray(result.GetSolution(self._control))
+
+
+@contextlib.contextmanager
+def _without_warnings() -> Iterator[None]:
+    """Drake warns of every iteration limit that is reached, which here is what the limit is for."""
+    logger = logging.getLogger("drake")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
