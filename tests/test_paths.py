@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from a2s_drake import Scenario, ShipTrajectory, UavPath
-from a2s_drake.paths import ship_position, uav_position, uav_velocity
+from a2s_drake.paths import ship_position, uav_acceleration, uav_position, uav_velocity
 
 
 def test_circle_begins_and_ends_at_its_start_and_turns_at_half_time(scenario: Scenario) -> None:
@@ -27,6 +27,20 @@ def test_velocity_is_the_derivative_of_position(scenario: Scenario) -> None:
 
 def test_uav_starts_and_stops_at_rest(scenario: Scenario) -> None:
     np.testing.assert_allclose(uav_velocity(np.array([0.0, 40.0, 50.0]), scenario.mission), 0.0, atol=1e-15)
+
+
+def test_acceleration_is_the_slope_of_velocity(scenario: Scenario) -> None:
+    times, step = np.linspace(0.5, 39.5, 79), 1e-5
+    before, after = (uav_velocity(times + shift, scenario.mission) for shift in (-step, step))
+    slope = (after - before) / (2.0 * step)
+    np.testing.assert_allclose(uav_acceleration(times, scenario.mission), slope, atol=1e-9)
+
+
+def test_acceleration_jumps_where_the_uav_starts_and_stops(scenario: Scenario) -> None:
+    jump = 2.65 * np.pi**3 / 40.0**2
+    acceleration = uav_acceleration(np.array([-1.0, 0.0, 40.0, 41.0]), scenario.mission)
+    expected = np.array([[0.0, 0.0, 0.0], [0.0, jump, 0.0], [0.0, -jump, 0.0], [0.0, 0.0, 0.0]])
+    np.testing.assert_allclose(acceleration, expected, atol=1e-15)
 
 
 def test_ship_sails_at_constant_speed_at_sea_level(scenario: Scenario) -> None:
