@@ -102,7 +102,11 @@ def attitude_reference(position: Array, ship: Array, link: Link, law: AttitudeLa
       attitude_limit: half-width of the attitude box that the fallbacks clip to, rad.
     Returns:
       roll, pitch, yaw, rad, shape (..., 3).
+    Raises:
+      ValueError: for the law `planned`, which is none of position and ship but of time; see `a2s_drake.planned`.
     """
+    if law.name == "planned":
+        raise ValueError("attitude_law.name = 'planned': a plan hangs on time; see a2s_drake.planned.plan")
     shape = np.broadcast_shapes(position.shape, ship.shape)
     if law.name == "level":
         return np.zeros(shape)

@@ -11,7 +11,8 @@ from typing import Any
 
 GRAVITY = 9.81  # Drake's default, m/s^2.
 
-LAWS = ("three_axis", "pitch_only", "level")
+LAWS = ("three_axis", "pitch_only", "level")  # the paper's
+EVERY_LAW = (*LAWS, "planned")
 FALLBACKS = ("nearest", "zero", "index_zero")
 SOLVERS = ("piqp", "osqp", "ipopt")
 INTEGRATORS = ("runge_kutta2", "runge_kutta3", "runge_kutta5", "explicit_euler")
@@ -105,8 +106,8 @@ class Mission:
 class AttitudeLaw:
     """The attitude reference: which law, and the readings that the paper leaves open."""
 
-    # three_axis: the paper's proposal; pitch_only and level: its two benchmarks.
-    name: str = _choice("three_axis", LAWS)
+    # three_axis: the paper's proposal; pitch_only and level: its two benchmarks; planned: see `Planning`.
+    name: str = _choice("three_axis", EVERY_LAW)
     # Half-width of the Euler-angle box that makes a candidate feasible (the set M_f), deg.
     candidate_limit_deg: float = _number(15.0, at_least=1e-3, at_most=180.0)
     # What to do where no candidate is feasible; see `a2s_drake.attitude_law`.

@@ -12,7 +12,7 @@ from a2s_drake.airframe import hover_input
 from a2s_drake.arrays import FloatArray
 from a2s_drake.attitude_law import affine_phase, nearest_fringe
 from a2s_drake.checks import ScenarioError, check_inertia, check_order, check_part, refuse
-from a2s_drake.parameters import Airframe, AttitudeLaw, Disturbance, Link, Mission, Mpc, Simulation
+from a2s_drake.parameters import Airframe, AttitudeLaw, Disturbance, Link, Mission, Mpc, Planning, Simulation
 from a2s_drake.paths import ship_position, uav_position, uav_velocity
 from a2s_drake.piqp_solver import PiqpSolver
 from a2s_drake.rotations import rotation_matrix
@@ -31,12 +31,13 @@ _KINDS = {
 
 @dataclass
 class Scenario:
-    """One flight: vehicle, link, mission, law, controller, disturbance, simulation; Table I (`paper`) by default."""
+    """One flight: vehicle, link, mission, law, controller, disturbance, run; Table I (`paper`) by default."""
 
     airframe: Airframe = field(default_factory=Airframe)
     link: Link = field(default_factory=Link)
     mission: Mission = field(default_factory=Mission)
     attitude_law: AttitudeLaw = field(default_factory=AttitudeLaw)
+    planning: Planning = field(default_factory=Planning)
     mpc: Mpc = field(default_factory=Mpc)
     disturbance: Disturbance = field(default_factory=Disturbance)
     simulation: Simulation = field(default_factory=Simulation)
@@ -144,7 +145,7 @@ class Scenario:
         self._check_hover()
         self._check_altitude()
         self._check_path()
-        if self.attitude_law.name != "level":
+        if self.attitude_law.name in ("three_axis", "pitch_only"):
             self._check_index_window()
         return self
 

@@ -19,7 +19,7 @@ from a2s_drake.scenario import Scenario
 _LOOKS_ON = {
     *("figures", "gallery.py", "report.py", "table_one.py", "metrics.py", "comparison.py", "reproduction.py"),
     *("robustness.py", "ceiling.py", "ideal.py", "errata.py", "readings.py", "campaign.py", "store.py", "publish.py"),
-    *("benchmark", "peers.py", "__init__.py"),
+    *("benchmark", "peers.py", "__init__.py", "graph", "replay", "ports.py"),
 }
 
 

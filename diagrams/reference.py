@@ -4,6 +4,8 @@ from pydrake.systems.framework import DiagramBuilder, System
 
 from a2s_drake.attitude_law import AttitudeReference
 from a2s_drake.paths import ShipTrajectory, UavPath
+from a2s_drake.planned.keep import kept_plan
+from a2s_drake.planned.reference import PlannedReference
 from a2s_drake.scenario import Scenario
 from a2s_drake.wiring import check_ports
 
@@ -21,7 +23,7 @@ def add_reference(
     mpc = scenario.mpc
     size = 3 * (mpc.horizon + 1)
     if law is None:
-        law = AttitudeReference(scenario.link, scenario.attitude_law, mpc.attitude_limit, mpc.horizon)
+        law = _own_law(scenario)
     inputs, outputs = (
         {"position_preview": size, "ship_preview": size},
         {"attitude_reference": 3, "attitude_preview": size},
@@ -35,3 +37,11 @@ def add_reference(
     for block, port in ((path, "position_reference"), (law, "attitude_reference"), (ship, "ship_position")):
         builder.ExportOutput(block.GetOutputPort(port), port)
     return path, ship, law
+
+
+def _own_law(scenario: Scenario) -> System:
+    """The block of the scenario's law; a plan that is not kept yet is made now."""
+    mpc = scenario.mpc
+    if scenario.attitude_law.name == "planned":
+        return PlannedReference(kept_plan(scenario), mpc)
+    return AttitudeReference(scenario.link, scenario.attitude_law, mpc.attitude_limit, mpc.horizon)

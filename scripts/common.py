@@ -19,6 +19,8 @@ from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, Scenario
 from a2s_drake.campaign import worker_processes
 from a2s_drake.flight import Sample
 from a2s_drake.metrics import write_metrics
+from a2s_drake.planned.keep import kept_plan
+from a2s_drake.planned.plan import Progress
 from a2s_drake.replay import Scene, start_meshcat, write_replay
 from a2s_drake.store import FlightStore, code_digest, fly_kept
 from diagrams import build_closed_loop, load_scenario
@@ -113,6 +115,26 @@ def resolve_scenario(arguments: argparse.Namespace, overrides: list[str]) -> Sce
     try:
         return load_scenario(arguments.scenario).with_overrides([*arguments.set, *overrides]).validate()
     except ScenarioError as error:
+        raise UsageError(error) from error
+
+
+def plan_ahead(scenario: Scenario) -> None:
+    """Makes the plan of a scenario whose law is planned, with a progress bar, unless it is kept from before.
+
+    Raises:
+      UsageError: when the vehicle cannot fly the path even level.
+    """
+    if scenario.attitude_law.name != "planned":
+        return
+    try:
+        with tqdm(desc="planning", unit=" steps", leave=False, disable=None) as bar:
+
+            def show(progress: Progress) -> None:
+                bar.set_postfix_str(f"{progress.phase}, {progress.throughput:.3f} bit/Hz")
+                bar.update()
+
+            kept_plan(scenario, show)
+    except ValueError as error:
         raise UsageError(error) from error
 
 

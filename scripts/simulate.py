@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 from a2s_drake import FlightEnded, FlightInterrupted, Scenario
-from a2s_drake.parameters import LAWS
+from a2s_drake.parameters import EVERY_LAW
 from a2s_drake.replay import Scene
 from scripts import common
 
@@ -13,7 +13,7 @@ def main(argv: list[str] | None = None) -> int:
     """Returns 0; 2 for input that cannot be flown; 1 for a flight that ends early or a failing disk; 130 on Ctrl-C."""
     parser = common.Parser(description=__doc__)
     common.add_scenario_arguments(parser, default="paper", out="results/SCENARIO/LAW")
-    parser.add_argument("--law", choices=LAWS, help="the attitude law; wins over --set attitude_law.name=...")
+    parser.add_argument("--law", choices=EVERY_LAW, help="the attitude law; wins over --set attitude_law.name=...")
     parser.add_argument("--csv", action="store_true", help="write the flight as flight.csv too")
     common.add_replay_argument(parser, "the flight")
     parser.add_argument("--meshcat", action="store_true", help="show the flight in a browser while it is flown")
@@ -21,6 +21,7 @@ def main(argv: list[str] | None = None) -> int:
         arguments = parser.parse_args(argv)
         law = [] if arguments.law is None else [f"attitude_law.name={arguments.law}"]
         scenario = common.resolve_scenario(arguments, law)
+        common.plan_ahead(scenario)
         folder = arguments.out or common.default_folder(arguments) / scenario.attitude_law.name
         common.make_folder(folder)
         view = common.open_live_view(scenario) if arguments.meshcat else None

@@ -7,14 +7,13 @@ from a2s_drake.checks import ScenarioError
 from a2s_drake.flatness import FlatMap
 from a2s_drake.ideal import Geometry, ideal_gain, law_attitude
 from a2s_drake.mpc.model import RigidBodyModel
-from a2s_drake.parameters import Planning
 from a2s_drake.paths import uav_acceleration, uav_position, uav_velocity
 from a2s_drake.planned.plan import PlannedAttitude, Progress, plan_attitude
 from a2s_drake.planned.polish import PlanProgram
 from a2s_drake.planned.start import Caution, rounded, search
 from a2s_drake.planned.stretch import Stretch, Task
 
-QUICK = Planning(ipopt_iterations=0)
+QUICK = "planning.ipopt_iterations=0"
 
 
 def short(*overrides: str) -> Scenario:
@@ -26,7 +25,7 @@ def short(*overrides: str) -> Scenario:
 
 @pytest.fixture(scope="module")
 def planned() -> PlannedAttitude:
-    return plan_attitude(short(), QUICK)
+    return plan_attitude(short(QUICK))
 
 
 def test_plan_lies_between_level_and_the_best_hoverable_attitude(planned: PlannedAttitude) -> None:
@@ -73,11 +72,11 @@ def test_the_model_of_the_mpc_follows_the_plan(planned: PlannedAttitude) -> None
 
 
 def test_planning_is_deterministic(planned: PlannedAttitude) -> None:
-    np.testing.assert_array_equal(plan_attitude(short(), QUICK).spline.control, planned.spline.control)
+    np.testing.assert_array_equal(plan_attitude(short(QUICK)).spline.control, planned.spline.control)
 
 
 def test_ipopt_takes_nothing_away(planned: PlannedAttitude) -> None:
-    polished = plan_attitude(short(), Planning(ipopt_iterations=10))
+    polished = plan_attitude(short("planning.ipopt_iterations=10"))
     assert polished.iterations["ipopt"] >= 10
     assert polished.throughput >= planned.throughput - 1e-3
     assert polished.certificate.holds
@@ -85,7 +84,7 @@ def test_ipopt_takes_nothing_away(planned: PlannedAttitude) -> None:
 
 def test_ipopt_alone_finds_no_better_plan(planned: PlannedAttitude, monkeypatch: pytest.MonkeyPatch) -> None:
     # Another solver, from the search's own path: the sequential QPs have not settled for a poor local optimum.
-    task = Task.of(short(), QUICK)
+    task = Task.of(short(QUICK))
     whole = Stretch(task)
     start = rounded(task.grid, *search(task, Caution()))
     monkeypatch.setattr("a2s_drake.planned.polish._OPTIONS", {})
@@ -96,7 +95,7 @@ def test_ipopt_alone_finds_no_better_plan(planned: PlannedAttitude, monkeypatch:
 
 def test_progress_names_every_phase() -> None:
     told: list[Progress] = []
-    plan = plan_attitude(short(), Planning(ipopt_iterations=2), told.append)
+    plan = plan_attitude(short("planning.ipopt_iterations=2"), told.append)
     assert list(dict.fromkeys(step.phase for step in told)) == ["search", "sqp", "ipopt", "certify"]
     throughput = [step.throughput for step in told]
     assert np.diff(throughput).min() > -1e-3  # The cost, which falls, is also the price of acceleration.
@@ -104,7 +103,7 @@ def test_progress_names_every_phase() -> None:
 
 
 def test_without_time_the_plan_is_level() -> None:
-    plan = plan_attitude(short(), QUICK, time_limit=0.0)
+    plan = plan_attitude(short(QUICK), time_limit=0.0)
     assert plan.truncated
     assert plan.certificate.holds
     assert plan.throughput == plan.level_throughput
@@ -114,7 +113,7 @@ def test_without_time_the_plan_is_level() -> None:
 def test_cut_short_the_plan_is_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     ticks = iter(range(100_000))
     monkeypatch.setattr("a2s_drake.planned.plan.time.monotonic", lambda: float(next(ticks)))
-    plan = plan_attitude(short(), QUICK, time_limit=164.0)  # A tick a stage: four steps into the sequential QPs.
+    plan = plan_attitude(short(QUICK), time_limit=164.0)  # A tick a stage: four steps into the sequential QPs.
     assert plan.truncated
     assert plan.iterations["sqp"] > 0
     assert plan.certificate.holds
@@ -132,24 +131,22 @@ def test_cut_short_the_plan_is_the_best_so_far(monkeypatch: pytest.MonkeyPatch) 
     ],
 )
 def test_other_missions_are_certified_and_never_worse_than_level(overrides: list[str]) -> None:
-    plan = plan_attitude(short(*overrides), QUICK)
+    plan = plan_attitude(short(*overrides, QUICK))
     assert plan.certificate.holds
     assert plan.throughput >= plan.level_throughput
 
 
 def test_margins_of_nothing_are_kept_between_the_instants_too() -> None:
-    none = Planning(
-        ipopt_iterations=0, limit_spacing=0.1, attitude_margin=0.0, angular_velocity_margin=0.0,
-        rotor_speed_min_margin=0.0, rotor_speed_max_margin=0.0,
-    )  # fmt: skip
-    plan = plan_attitude(short(), none)
+    margins = ["attitude_margin", "angular_velocity_margin", "rotor_speed_min_margin", "rotor_speed_max_margin"]
+    none = [f"planning.{margin}=0.0" for margin in margins]
+    plan = plan_attitude(short(QUICK, "planning.limit_spacing=0.1", *none))
     assert plan.certificate.holds
     assert plan.throughput > plan.level_throughput
 
 
 def test_a_path_beyond_the_level_vehicle_is_refused() -> None:
     with pytest.raises(ScenarioError, match=r"mission\.duration = 3\.0"):
-        plan_attitude(short("mission.duration=3.0", "mission.radius=0.25"), QUICK)
+        plan_attitude(short("mission.duration=3.0", "mission.radius=0.25", QUICK))
 
 
 @pytest.mark.slow

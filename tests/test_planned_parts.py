@@ -6,7 +6,6 @@ from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 
 from a2s_drake import Link, Scenario
 from a2s_drake.ceiling import is_hoverable, throughput_of
-from a2s_drake.parameters import Planning
 from a2s_drake.paths import ship_position, uav_position
 from a2s_drake.planned.certify import certify
 from a2s_drake.planned.efficiency import efficiency_derivatives
@@ -21,7 +20,7 @@ from a2s_drake.two_ray import antenna_position, channel_gain, path_lengths, spec
 def task() -> Task:
     """Three seconds of a small circle."""
     scenario = Scenario().with_overrides(["mission.duration=3.0", "mission.radius=0.05"]).validate()
-    return Task.of(scenario, Planning())
+    return Task.of(scenario)
 
 
 @pytest.fixture
@@ -150,12 +149,12 @@ def test_rounding_stays_close_to_a_gentle_path(task: Task) -> None:
 
 
 def test_margins_come_off_the_scenarios_limits() -> None:
-    limits = Limits.of(Scenario(), Planning())
+    limits = Limits.of(Scenario())
     assert (np.sqrt(limits.input_low), np.sqrt(limits.input_high)) == (17.0, 98.0)
     assert np.degrees(limits.angle) == pytest.approx(14.8)
     assert limits.rate == pytest.approx(0.97)
     with pytest.raises(ValueError, match=r"rotor_speed_min_margin = 50\.0"):
-        Limits.of(Scenario(), Planning(rotor_speed_min_margin=50.0))
+        Limits.of(Scenario().with_value("planning.rotor_speed_min_margin", 50.0))
 
 
 def test_certificate_of_level_hover() -> None:

@@ -18,8 +18,9 @@ LAW_STYLES: dict[str, dict[str, Any]] = {
     "three_axis": {"color": "#0072B2", "linestyle": "-"},
     "pitch_only": {"color": "#E69F00", "linestyle": "--"},
     "level": {"color": "#333333", "linestyle": ":"},
+    "planned": {"color": "#CC79A7", "linestyle": "-"},
 }
-LAW_LABELS = {"three_axis": "three axes", "pitch_only": "pitch only", "level": "level"}
+LAW_LABELS = {"three_axis": "three axes", "pitch_only": "pitch only", "level": "level", "planned": "planned"}
 
 # Roll, pitch, yaw and x, y, z: none of them in the colour of a law.
 AXIS_STYLES: tuple[dict[str, Any], ...] = (

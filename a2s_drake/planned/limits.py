@@ -8,7 +8,6 @@ from a2s_drake.airframe import hover_input
 from a2s_drake.arrays import FloatArray
 from a2s_drake.checks import ScenarioError
 from a2s_drake.flatness import FlatMap
-from a2s_drake.parameters import Planning
 from a2s_drake.scenario import Scenario
 
 # Rows of `use`: three angles, three body rates, six rotors.
@@ -26,12 +25,13 @@ class Limits:
     input_high: float
 
     @classmethod
-    def of(cls, scenario: Scenario, planning: Planning) -> "Limits":
-        """The limits of a scenario with the margins of a planning.
+    def of(cls, scenario: Scenario) -> "Limits":
+        """The limits of a scenario with the margins of its planning.
 
         Raises:
           ScenarioError: when the vehicle cannot even hover level within them.
         """
+        planning = scenario.planning
         low = scenario.airframe.rotor_speed_min + planning.rotor_speed_min_margin
         high = scenario.airframe.rotor_speed_max - planning.rotor_speed_max_margin
         hover = np.sqrt(hover_input(scenario.airframe))

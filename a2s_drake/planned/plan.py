@@ -10,7 +10,6 @@ import numpy as np
 from a2s_drake.arrays import FloatArray
 from a2s_drake.checks import ScenarioError
 from a2s_drake.flatness import body_rates
-from a2s_drake.parameters import Planning
 from a2s_drake.planned.certify import Certificate, certify
 from a2s_drake.planned.polish import PlanProgram
 from a2s_drake.planned.spline import AttitudeSpline
@@ -124,26 +123,23 @@ class _Record:
 
 def plan_attitude(
     scenario: Scenario,
-    planning: Planning | None = None,
     progress: Callable[[Progress], None] | None = None,
     time_limit: float | None = None,
 ) -> PlannedAttitude:
     """Plans the attitude of a mission before take-off, from its planned geometry alone.
 
     The plan maximises throughput under the exact channel on the planned path, within the vehicle's limits less the
-    margins of `planning`. It starts level and at rest, as the vehicle does, and ends at rest. It is never worse than
-    level, which is where it begins.
+    margins of the scenario's `planning`. It starts level and at rest, as the vehicle does, and ends at rest. It is
+    never worse than level, which is where it begins.
 
     Args:
-      planning: settings; those by default without it.
       progress: is told of every stage and iteration.
       time_limit: wall-clock seconds after which the best plan so far is certified and returned; without it the result
-        depends on the scenario and the planning alone.
+        depends on the scenario alone.
     Raises:
       ScenarioError: when the vehicle cannot fly the path even level within its limits.
     """
-    planning = planning or Planning()
-    record = _Record(Task.of(scenario, planning), progress, time_limit)
+    record = _Record(Task.of(scenario), progress, time_limit)
     if record.whole.excess(record.best).max() > EXCESS_TOLERANCE:
         raise ScenarioError(
             f"mission.duration = {scenario.mission.duration!r}: on this path not even the level vehicle keeps the "

@@ -33,10 +33,11 @@ class Task:
     planning: Planning
 
     @classmethod
-    def of(cls, scenario: Scenario, planning: Planning) -> "Task":
+    def of(cls, scenario: Scenario) -> "Task":
         """The task of a scenario: its mission from take-off to the end, whatever part of it is flown."""
+        planning = scenario.planning
         grid = SplineGrid.of(scenario.mission.duration, planning.knot_spacing)
-        return cls(scenario, grid, Limits.of(scenario, planning), FlatMap.of(scenario.airframe), planning)
+        return cls(scenario, grid, Limits.of(scenario), FlatMap.of(scenario.airframe), planning)
 
     def sample_times(self) -> FloatArray:
         """The controller's sampling instants in the mission, s, over which throughput is summed."""
