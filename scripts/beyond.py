@@ -1,0 +1,50 @@
+"""Flies missions other than Table I under `planned`, the paper's law and level, and prints one table."""
+
+import sys
+from pathlib import Path
+
+import diagrams
+from a2s_drake import ScenarioError
+from a2s_drake.beyond import PAPER, PLANNED, beyond_report, beyond_scenarios, other_missions, outcome
+from scripts import common
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Returns 0; 2 for input that cannot be flown; 1 for a flight that ended early; 130 when interrupted."""
+    parser = common.Parser(description=__doc__)
+    known = list(other_missions())
+    help_text = f"which to fly: {', '.join(known)} (default: all)"
+    parser.add_argument("mission", nargs="*", metavar="MISSION", help=help_text)
+    common.add_set_argument(parser)
+    common.add_out_argument(parser, "results/beyond")
+    common.add_jobs_argument(parser)
+    try:
+        arguments = parser.parse_args(argv)
+        common.refuse_law(arguments)
+        common.check_jobs(arguments.jobs)
+        missions = arguments.mission or known
+        for name in missions:
+            if name not in known:
+                raise common.UsageError(f"no mission named {name!r}; there are: {', '.join(known)}")
+        bases = {base: diagrams.load_scenario(base).with_overrides(arguments.set) for base in (PAPER, PLANNED)}
+        scenarios = beyond_scenarios(bases, missions)
+        out = arguments.out or Path("results/beyond")
+        for folder in (out, out / "flights"):
+            common.make_folder(folder)
+    except (common.UsageError, ScenarioError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    try:
+        flights = common.fly_campaign(scenarios, out / "flights", arguments.jobs)
+    except common.CampaignEnded as ended:
+        print(f"error: {ended}", file=sys.stderr)
+        return ended.code
+    report = beyond_report({name: outcome(flights, name) for name in missions})
+    (out / "beyond.md").write_text(report + "\n", encoding="utf-8")
+    print(report)
+    print(f"\nbeyond.md and the flights are in {out}")
+    return 0
+
+
+if __name__ == "__main__":
+    common.run(main)
