@@ -116,7 +116,7 @@ def beyond_scenarios(bases: Mapping[str, Scenario], missions: Sequence[str]) -> 
 
 @dataclass(frozen=True)
 class Outcome:
-    """A mission in numbers. Gains are over level, %: of what is flown over level flown, of what is held over level held.
+    """A mission in numbers. Gains are over level, %: of a flight over level flown, of a held attitude over level held.
 
     Attributes:
       level_throughput: of the level flight, bit/Hz.
