@@ -197,9 +197,9 @@ def run_flight(
     Args:
       diagram: `closed_loop` or `link_only` of `diagrams.BUILDERS`, built for this scenario, or one of the user's that
         exports the same ports.
-      progress: called with 1 after each sample.
+      progress: called with 1 after each sample; what it raises reaches the caller as it is.
       observer: called with each sample as soon as it is logged; it must not change what it is given. What it raises
-        ends the flight like an error of the diagram.
+        reaches the caller as it is.
       target_realtime_rate: how fast simulated time may pass over wall-clock time; 0 means as fast as it can.
     Raises:
       FlightEnded: when the vehicle's state is no longer finite, or Drake refuses to go on; names time and reason.
@@ -220,29 +220,34 @@ def run_flight(
     def log() -> Flight:
         return _assemble(scenario, rows, perf_counter() - begin)
 
+    def fly_to(time: float) -> dict[str, Any]:
+        if time > 0.0:
+            simulator.AdvanceTo(time)
+            _check_state(context)
+        row = {"time": time} | _read_state(diagram, context)
+        start = perf_counter()
+        if time == 0.0:
+            simulator.Initialize()
+        # The updates due at t_k happen now, so that row k holds the input applied from t_k on.
+        simulator.AdvancePendingEvents()
+        row["step"] = perf_counter() - start
+        return row | _read_input(diagram, context)
+
     try:
         for time in scenario.sample_times():
-            if time > 0.0:
-                simulator.AdvanceTo(time)
-                _check_state(context)
-            row = {"time": time} | _read_state(diagram, context)
-            start = perf_counter()
-            if time == 0.0:
-                simulator.Initialize()
-            # The updates due at t_k happen now, so that row k holds the input applied from t_k on.
-            simulator.AdvancePendingEvents()
-            row["step"] = perf_counter() - start
-            rows.append(row | _read_input(diagram, context))
+            try:
+                rows.append(fly_to(time))
+            except (RuntimeError, FloatingPointError) as error:  # Drake's own complaints, and ours about the state
+                if not rows:
+                    raise  # It never flew: the diagram is at fault, not the flight.
+                raise FlightEnded(f"the flight ended at t = {context.get_time():.3f} s: {error}", log()) from error
+            # Outside the inner try: errors of theirs are no end of the flight.
             if progress is not None:
                 progress(1)
             if observer is not None:
                 observer(rows[-1])
     except KeyboardInterrupt:
         raise FlightInterrupted(f"interrupted at t = {context.get_time():.2f} s", log()) from None
-    except (RuntimeError, FloatingPointError) as error:  # Drake's own complaints, and ours about the state
-        if not rows:
-            raise  # It never flew: the diagram is at fault, not the flight.
-        raise FlightEnded(f"the flight ended at t = {context.get_time():.3f} s: {error}", log()) from error
     return log()
 
 

@@ -10,11 +10,11 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, build_wired, run_flight
 from a2s_drake.airframe import add_airframe
-from a2s_drake.flight import array_columns, array_names, array_units
+from a2s_drake.flight import Sample, array_columns, array_names, array_units
 from a2s_drake.mpc.controller import MpcController
 from a2s_drake.two_ray import TwoRayChannel
 from a2s_drake.wiring import export_outputs
-from diagrams import build_closed_loop, build_link_only
+from diagrams import build_closed_loop, build_link_only, load_scenario
 from diagrams.reference import add_reference
 from tests.flights import made_up_flight
 
@@ -162,6 +162,45 @@ def test_other_errors_are_not_swallowed(short: Scenario) -> None:
 
     with pytest.raises(ZeroDivisionError, match="mine"):
         run_flight(sabotaged_loop(short, 0.2, fail), short)
+
+
+def test_an_observer_sees_each_sample_and_changes_nothing() -> None:
+    scenario = load_scenario("paper").with_value("simulation.duration", 0.3)
+    diagram, seen = build_link_only(scenario), []
+    watched = run_flight(diagram, scenario, observer=seen.append, target_realtime_rate=1.0)
+    unwatched = run_flight(diagram, scenario)
+    assert watched.wall_clock.total >= 0.29
+    assert len(seen) == len(watched.time)
+    for name in array_names():
+        np.testing.assert_array_equal(getattr(watched, name), getattr(unwatched, name))
+        for row, sample in enumerate(seen):
+            np.testing.assert_array_equal(sample[name], watched.sample(row)[name])
+
+
+@pytest.mark.parametrize("watcher", ["progress", "observer"])
+@pytest.mark.parametrize("kind", [RuntimeError, FloatingPointError, ZeroDivisionError])
+def test_an_error_of_a_watcher_is_not_the_flights_end(watcher: str, kind: type[Exception], short: Scenario) -> None:
+    calls = []
+
+    def fail(_: object) -> None:
+        calls.append(True)
+        if len(calls) == 3:
+            raise kind("my own bug")
+
+    with pytest.raises(kind, match=r"^my own bug$") as caught:
+        run_flight(build_link_only(short), short, **{watcher: fail})
+    assert caught.type is kind
+    assert len(calls) == 3
+
+
+def test_a_watchers_interrupt_keeps_the_log(short: Scenario) -> None:
+    def interrupt(sample: Sample) -> None:
+        if sample["time"] > 0.19:
+            raise KeyboardInterrupt
+
+    with pytest.raises(FlightInterrupted, match=r"interrupted at t = 0\.20 s") as ended:
+        run_flight(build_link_only(short), short, observer=interrupt)
+    assert len(ended.value.flight.time) == 11
 
 
 def table_of(path: Path) -> dict[str, np.ndarray]:

@@ -7,8 +7,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, InitializeAutoDiff
 
-from a2s_drake import Link, TwoRayChannel
-from a2s_drake.two_ray import antenna_position, channel_gain, path_lengths, phase_difference, snr, spectral_efficiency
+from a2s_drake import Link, Scenario, TwoRayChannel
+from a2s_drake.two_ray import (
+    antenna_position,
+    channel_gain,
+    path_lengths,
+    phase_difference,
+    snr,
+    spectral_efficiency,
+    specular_point,
+)
 
 UAV, SHIP = np.zeros(3), np.array([90.0, 0.0, -20.0])
 
@@ -122,3 +130,16 @@ def test_block_differentiates(port: str) -> None:
     taped.GetInputPort("ship_position").FixValue(context, np.array([AutoDiffXd(x) for x in SHIP]))
     value = taped.GetOutputPort(port).Eval(context)
     np.testing.assert_allclose(ExtractGradient(value)[0], expected, rtol=1e-6, atol=1e-7 * np.abs(expected).max())
+
+
+def test_the_sea_reflects_at_the_angle_of_incidence(scenario: Scenario, rng: np.random.Generator) -> None:
+    antenna = rng.uniform([-5.0, -5.0, -5.0], [5.0, 5.0, 5.0], (50, 3))
+    ship = np.array([95.0, 3.0, -20.0])
+    point = specular_point(antenna, ship, scenario.link)
+    np.testing.assert_allclose(point[:, 2], -20.0, atol=1e-12)
+    down, up = point - antenna, ship + np.array([0.0, 0.0, 10.0]) - point
+    into = down / np.linalg.norm(down, axis=1, keepdims=True)
+    out = up / np.linalg.norm(up, axis=1, keepdims=True)
+    np.testing.assert_allclose(out, into * [1.0, 1.0, -1.0], atol=1e-12)
+    length = np.linalg.norm(down, axis=1) + np.linalg.norm(up, axis=1)
+    np.testing.assert_allclose(length, path_lengths(antenna, ship, scenario.link)[1], rtol=1e-13)

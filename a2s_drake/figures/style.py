@@ -18,7 +18,7 @@ LAW_STYLES: dict[str, dict[str, Any]] = {
     "three_axis": {"color": "#0072B2", "linestyle": "-"},
     "pitch_only": {"color": "#E69F00", "linestyle": "--"},
     "level": {"color": "#333333", "linestyle": ":"},
-    "planned": {"color": "#CC79A7", "linestyle": "-"},
+    "planned": {"color": "#000000", "linestyle": "-."},
 }
 LAW_LABELS = {"three_axis": "three axes", "pitch_only": "pitch only", "level": "level", "planned": "planned"}
 

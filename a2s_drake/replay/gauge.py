@@ -16,8 +16,8 @@ TICK_DB = 5.0
 DEEPEST_FADE_DB = 40.0  # below the best SNR; without it, a reflection as strong as the direct ray has no lowest SNR
 
 # Where things stand on the panel, m, from its lower left corner; lengths are those of a vehicle of Table I's size.
-WIDTH, HEIGHT = 1.36, 0.58
-BOTTOM, TOP = 0.11, 0.44
+WIDTH, HEIGHT = 1.36, 0.56
+BOTTOM, TOP, HEADING = 0.11, 0.42, 0.49
 BAR = (0.19, 0.27)
 CHART = (0.34, 1.30)
 LETTER, STROKE = 0.048, 0.0075
@@ -47,15 +47,27 @@ class GaugeScale:
 
 
 def gauge_scale(scenario: Scenario) -> GaugeScale:
-    """The scale from both rays in antiphase to both in phase, on the planned paths and at the centre of mass."""
-    times = np.linspace(0.0, scenario.mission.duration, 200)
-    position, ship = uav_position(times, scenario.mission), ship_position(times, scenario.mission)
+    """The scale that holds every SNR on the planned paths, whatever the attitude and the phase between the rays.
+
+    The antenna is somewhere within |r_a| of the centre of mass, so its distance from the ship's antenna and its height
+    over the sea are the centre's to within |r_a|; the scale holds them all, from both rays in antiphase to both in
+    phase. It ends where the two-ray formula does, with the antennas one wavelength apart, and 40 dB below its top.
+    """
     link = scenario.link
-    d_los, d_ref = path_lengths(position, ship, link)
-    direct, reflected = 1.0 / d_los, link.reflection_magnitude / d_ref
+    times = np.linspace(0.0, scenario.mission.duration, 1000)
+    position, ship = uav_position(times, scenario.mission), ship_position(times, scenario.mission)
+    # Between two of these instants nothing gets farther off than one step.
+    step = np.max(np.linalg.norm(np.diff(ship - position, axis=0), axis=1))
+    reach = float(np.linalg.norm(link.antenna_offset) + step)
+    distance = path_lengths(position, ship, link)[0]
+    near, far = np.maximum(distance - reach, link.wavelength), distance + reach
+    # By d_ref^2 = d_los^2 + 4 h z, sum and difference of the rays both fall with d_los, while with the height z the sum
+    # falls and the difference grows: both are at their extremes where the antenna is lowest.
+    lowest_height = np.maximum(position[:, 2] - ship[:, 2] - reach, 0.0)
+    gamma, lift = link.reflection_magnitude, 4.0 * link.ship_antenna_height * lowest_height
     unit = link.transmit_to_noise * (link.wavelength / (4.0 * np.pi)) ** 2
-    highest = 10.0 * np.log10(unit * np.max(direct + reflected) ** 2)
-    lowest = 10.0 * np.log10(max(unit * np.min(np.abs(direct - reflected)) ** 2, 1e-300))
+    highest = 10.0 * np.log10(unit * np.max(1.0 / near + gamma / np.sqrt(near**2 + lift)) ** 2)
+    lowest = 10.0 * np.log10(max(unit * np.min(1.0 / far - gamma / np.sqrt(far**2 + lift)) ** 2, 1e-300))
     low = TICK_DB * np.floor(max(lowest, highest - DEEPEST_FADE_DB) / TICK_DB)
     return GaugeScale(float(low), float(TICK_DB * np.ceil(highest / TICK_DB)))
 
@@ -95,7 +107,7 @@ class Gauge:
     def _draw(self) -> None:
         stage, path = self._stage, self._path
         stage.put(f"{path}/back", _rectangle(0.0, WIDTH, 0.0, HEIGHT, 0.02), BACK, glow=0.6)
-        frame, faint, words = [], [], [text("SNR dB", LETTER, (0.06, TOP + 0.065))]
+        frame, faint, words = [], [], [text("SNR dB", LETTER, (0.06, HEADING))]
         ticks = self.scale.ticks_db()
         labelled = ticks[:: 1 if len(ticks) <= 6 else 2]
         for level in ticks:
@@ -108,7 +120,7 @@ class Gauge:
             x = self._across(time)
             words.append(text(f"{time:g}", LETTER, (x, BOTTOM - 0.075), align=0.5))
             faint.append([[x, BOTTOM], [x, TOP]])
-        words.append(text("time s", LETTER, (CHART[1], TOP + 0.065), align=1.0))
+        words.append(text("time s", LETTER, (CHART[1], HEADING), align=1.0))
         for left, right in (BAR, CHART):
             corners = np.array([[left, BOTTOM], [right, BOTTOM], [right, TOP], [left, TOP]])
             frame.extend(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1))

@@ -21,6 +21,7 @@ SEA: Color = (0.10, 0.36, 0.52)
 GRID: Color = (0.22, 0.48, 0.62)
 
 SHADE = 0.6  # what of their colour the ship and the sea show in the shade: most light falls on the vehicle
+MOST_SQUARES = 40  # of the sea's grid, from its middle to an edge
 ROTOR_RADIUS = 0.45  # of the distance between neighbouring hubs, so that no two discs meet
 
 
@@ -91,7 +92,9 @@ def put_ship(stage: Stage, path: str, height: float, *, under_way: bool) -> None
 
 
 def put_sea(stage: Stage, path: str, center: FloatArray, reach: float) -> None:
-    """The sea's surface, as far as the eye can see, and on it a grid of 10 m as far as `reach` (m).
+    """The sea's surface, as far as the eye can see, and on it a grid as far as `reach` (m).
+
+    Its squares are 10 m wide, or 100 m, 1 km and so on where it would take more than MOST_SQUARES from the middle out.
 
     Args:
       center: the grid's middle, m, W, shape (3,), at sea level.
@@ -99,12 +102,16 @@ def put_sea(stage: Stage, path: str, center: FloatArray, reach: float) -> None:
     far = 20.0 * reach
     corners = far * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     stage.put(f"{path}/surface", prism(corners, -0.01 * reach, 0.0), SEA, glow=SHADE)
-    ticks = 10.0 * np.arange(-np.ceil(reach / 10.0), np.ceil(reach / 10.0) + 1.0)
+    square = 10.0
+    while reach / square > MOST_SQUARES:
+        square *= 10.0
+    squares = np.ceil(reach / square)
+    ticks = square * np.arange(-squares, squares + 1.0)
     # Drawn square by square, since some browsers drop a line that has an end behind the eye; and above the surface by
     # so much that the two do not flicker through each other.
     across, along = (grid.ravel() for grid in np.meshgrid(ticks, ticks[:-1]))
     above = np.full_like(across, 0.2)
     start = np.hstack([[across, along, above], [along, across, above]])
-    end = np.hstack([[across, along + 10.0, above], [along + 10.0, across, above]])
-    stage.meshcat.SetLineSegments(f"{path}/grid_of_10_m", start, end, 1.0, Rgba(*GRID))
+    end = np.hstack([[across, along + square, above], [along + square, across, above]])
+    stage.meshcat.SetLineSegments(f"{path}/grid_of_{square:.0f}_m", start, end, 1.0, Rgba(*GRID))
     stage.place(path, translation(center))
