@@ -102,11 +102,22 @@ def test_outcome_of_made_up_flights() -> None:
     plan, level = held(np.full((SAMPLES, 3), 0.1)), held(np.zeros((SAMPLES, 3)))
     assert row.level_throughput == pytest.approx(0.2)
     assert row.flown_gain == pytest.approx({"nearest": 10.0, "zero": 5.0, "planned": 50.0})
+    assert row.path_gain == {"nearest": 0.0, "zero": 0.0, "planned": 0.0}  # All are made up to fly level.
     assert row.over_paper == pytest.approx(100.0 * (3.0 / 2.2 - 1.0))
     assert row.plan_gain == pytest.approx(100.0 * (plan / level - 1.0))
     assert row.plan_share == pytest.approx(0.3 / plan)
     assert (row.failures, row.position_error, row.excess) == (0, 0.0, 0.0)
     assert row.hover_gain > 0.0
+
+
+def test_on_the_planned_path_attitude_alone_counts() -> None:
+    flights = made_up_mission("table_1", {"level": 2.0, "nearest": 2.2, "zero": 2.1, "planned": 3.0})
+    eta = np.full((SAMPLES, 3), 0.1)
+    flights["table_1, planned"] = made_up_flight("planned", attitude=eta, position=np.ones((SAMPLES, 3)))
+    gain = 100.0 * (held(eta) / held(np.zeros((SAMPLES, 3))) - 1.0)
+    row = outcome(flights, "table_1")
+    assert row.path_gain["planned"] == pytest.approx(gain)
+    assert row.over_paper_on_path == pytest.approx(gain)
 
 
 def test_outcome_counts_what_went_wrong() -> None:
