@@ -82,6 +82,7 @@ def test_ipopt_takes_nothing_away(planned: PlannedAttitude) -> None:
     assert polished.certificate.holds
 
 
+@pytest.mark.slow
 def test_ipopt_alone_finds_no_better_plan(planned: PlannedAttitude, monkeypatch: pytest.MonkeyPatch) -> None:
     # Another solver, from the search's own path: the sequential QPs have not settled for a poor local optimum.
     task = Task.of(short(QUICK))
@@ -120,6 +121,7 @@ def test_cut_short_the_plan_is_the_best_so_far(monkeypatch: pytest.MonkeyPatch) 
     assert plan.throughput > plan.level_throughput
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "overrides",
     [
@@ -136,6 +138,7 @@ def test_other_missions_are_certified_and_never_worse_than_level(overrides: list
     assert plan.throughput >= plan.level_throughput
 
 
+@pytest.mark.slow
 def test_margins_of_nothing_are_kept_between_the_instants_too() -> None:
     margins = ["attitude_margin", "angular_velocity_margin", "rotor_speed_min_margin", "rotor_speed_max_margin"]
     none = [f"planning.{margin}=0.0" for margin in margins]
