@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 import diagrams
-from a2s_drake import ScenarioError
+from a2s_drake import Flight, ScenarioError
 from a2s_drake.beyond import PAPER, PLANNED, beyond_report, beyond_scenarios, other_missions, outcome
 from scripts import common
 
@@ -34,16 +34,11 @@ def main(argv: list[str] | None = None) -> int:
     except (common.UsageError, ScenarioError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    try:
-        flights = common.fly_campaign(scenarios, out / "flights", arguments.jobs)
-    except common.CampaignEnded as ended:
-        print(f"error: {ended}", file=sys.stderr)
-        return ended.code
-    report = beyond_report({name: outcome(flights, name) for name in missions})
-    (out / "beyond.md").write_text(report + "\n", encoding="utf-8")
-    print(report)
-    print(f"\nbeyond.md and the flights are in {out}")
-    return 0
+
+    def tell(flights: dict[str, Flight]) -> str:
+        return beyond_report({name: outcome(flights, name) for name in missions})
+
+    return common.fly_study(scenarios, out, arguments.jobs, tell, "beyond.md")
 
 
 if __name__ == "__main__":

@@ -221,6 +221,22 @@ def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> di
         raise CampaignEnded(f"{failure}; {kept}", 1) from failure
 
 
+def fly_study(
+    planned: Mapping[str, Scenario], out: Path, jobs: int, tell: Callable[[dict[str, Flight]], str], file: str
+) -> int:
+    """Flies a study, prints what `tell` makes of its flights, and writes that to a file in `out`; the exit code."""
+    try:
+        flights = fly_campaign(planned, out / "flights", jobs)
+    except CampaignEnded as ended:
+        print(f"error: {ended}", file=sys.stderr)
+        return ended.code
+    report = tell(flights)
+    (out / file).write_text(report + "\n", encoding="utf-8")
+    print(report)
+    print(f"\n{file} and the flights are in {out}")
+    return 0
+
+
 def check_jobs(jobs: int) -> None:
     """Raises UsageError unless there is at least one flight at a time."""
     if jobs < 1:

@@ -25,16 +25,7 @@ def main(argv: list[str] | None = None) -> int:
     except (common.UsageError, ScenarioError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    try:
-        flights = common.fly_campaign(scenarios, out / "flights", arguments.jobs)
-    except common.CampaignEnded as ended:
-        print(f"error: {ended}", file=sys.stderr)
-        return ended.code
-    table = robustness_table(flights)
-    (out / "robustness.md").write_text(table + "\n", encoding="utf-8")
-    print(table)
-    print(f"\nrobustness.md and the flights are in {out}")
-    return 0
+    return common.fly_study(scenarios, out, arguments.jobs, robustness_table, "robustness.md")
 
 
 if __name__ == "__main__":
