@@ -77,11 +77,16 @@ class SplineGrid:
         points = np.array([[0, 1, 2], [0, 1, 2], [last - 2, last - 1, last]])
         return points, np.array([[1.0, 4.0, 1.0], [-1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]])
 
-    def rested(self, control: FloatArray) -> FloatArray:
-        """The nearest control points (controls, 3) that are level and at rest at 0 and at rest at the end."""
+    def rest_rows(self) -> FloatArray:
+        """The rows of `rest` as a matrix, shape (3, controls)."""
         points, weights = self.rest()
         rows = np.zeros((len(points), self.controls))
         np.put_along_axis(rows, points, weights, axis=1)
+        return rows
+
+    def rested(self, control: FloatArray) -> FloatArray:
+        """The nearest control points (controls, 3) that are level and at rest at 0 and at rest at the end."""
+        rows = self.rest_rows()
         return np.asarray(control - np.linalg.pinv(rows) @ (rows @ control))
 
 

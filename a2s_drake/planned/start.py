@@ -131,10 +131,8 @@ def rounded(grid: SplineGrid, time: FloatArray, path: FloatArray) -> FloatArray:
     follow = grid.matrix(time)
     second = grid.matrix(grid.spacing * (np.arange(grid.intervals, dtype=np.float64) + 0.5), 2)
     weight = _ROUNDING**4 * grid.spacing * len(time) / grid.duration
-    points, weights = grid.rest()
-    rest = np.zeros((len(points), grid.controls))
-    np.put_along_axis(rest, points, weights, axis=1)
+    rest = grid.rest_rows()
     normal = follow.T @ follow + weight * (second.T @ second) + 1e-9 * identity(grid.controls)
     system = bmat([[normal, csc_matrix(rest.T)], [csc_matrix(rest), None]], format="csc")
-    aim = np.vstack([follow.T @ path, np.zeros((len(points), 3))])
+    aim = np.vstack([follow.T @ path, np.zeros((len(rest), 3))])
     return np.asarray(spsolve(system, aim)[: grid.controls])
