@@ -131,12 +131,12 @@ class Planning:
     # Spacing of the spline's knots, s, and largest spacing of the instants at which the limits are imposed, s.
     knot_spacing: float = _number(0.1, at_least=1e-2, at_most=10.0)
     limit_spacing: float = _number(0.025, at_least=1e-3, at_most=10.0)
-    # What is left to the controller of the lowest and highest rotor speed, Hz, and as a share of the largest Euler
-    # angle and of the largest body angular velocity.
-    rotor_speed_min_margin: float = _number(1.0, at_least=0.0, at_most=1e4)
-    rotor_speed_max_margin: float = _number(2.0, at_least=0.0, at_most=1e4)
-    attitude_margin: float = _number(0.2 / 15.0, at_least=0.0, below=1.0)
-    angular_velocity_margin: float = _number(0.03, at_least=0.0, below=1.0)
+    # What is left to the controller, which follows an undisturbed plan to 0.01 deg, of the lowest and highest rotor
+    # speed, Hz, and as a share of the largest Euler angle and of the largest body angular velocity.
+    rotor_speed_min_margin: float = _number(0.5, at_least=0.0, at_most=1e4)
+    rotor_speed_max_margin: float = _number(0.5, at_least=0.0, at_most=1e4)
+    attitude_margin: float = _number(0.005, at_least=0.0, below=1.0)
+    angular_velocity_margin: float = _number(0.01, at_least=0.0, below=1.0)
     # Penalty on the square of the Euler angles' acceleration over time, bit/Hz per rad^2/s^3: it settles what the link
     # leaves open, and costs less than 0.03 % of the throughput.
     acceleration_weight: float = _number(1.0e-4, at_least=0.0, at_most=1e3)
@@ -167,6 +167,9 @@ class Mpc:
     velocity_weight: float = _number(1.0, at_least=0.0, at_most=1e9)  # s^2/m^2
     angular_velocity_weight: float = _number(10.0, at_least=0.0, at_most=1e9)  # s^2/rad^2
     input_weight: float = _number(3.2e-8, at_least=0.0, at_most=1.0)  # 1/Hz^4
+    # Whether velocity, angular velocity and input are weighed against those that the law plans, where it does
+    # (planned), rather than against zero, as in the paper.
+    feedforward: bool = field(default=True, metadata={"choices": (False, True)})
     # Largest magnitude on each axis: Euler angle, deg; velocity, m/s; body angular velocity, rad/s (Table I).
     attitude_limit_deg: float = _number(15.0, at_least=1e-3, below=90.0)
     velocity_limit: float = _number(1.0, at_least=1e-3, at_most=1e3)

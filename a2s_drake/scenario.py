@@ -49,9 +49,10 @@ class Scenario:
 
     def sample_times(self) -> FloatArray:
         """The controller's sampling instants t_k = k T_s from 0 to the end of the flight, s, shape (n,)."""
-        return self._samples_until(self.duration)
+        return self.samples_until(self.duration)
 
-    def _samples_until(self, end: float) -> FloatArray:
+    def samples_until(self, end: float) -> FloatArray:
+        """The controller's sampling instants from 0 to an end, s, shape (n,)."""
         # The tolerance keeps the last sample of a duration that is a multiple of T_s but for rounding.
         count = int(end / self.mpc.period + 1e-9) + 1
         return self.mpc.period * np.arange(count, dtype=np.float64)
@@ -204,7 +205,7 @@ class Scenario:
 
     def _check_index_window(self) -> None:
         # After the mission's end, where previews and longer flights look, everything stands still.
-        times = np.append(self._samples_until(self.mission.duration), self.mission.duration)
+        times = np.append(self.samples_until(self.mission.duration), self.mission.duration)
         phase, _ = affine_phase(uav_position(times, self.mission), ship_position(times, self.mission), self.link)
         nearest = nearest_fringe(phase)
         first, last = int(nearest.min()), int(nearest.max())

@@ -4,11 +4,11 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 
 from a2s_drake.airframe import add_airframe, hover_input
 from a2s_drake.disturbances import InputDelay, MeasurementNoise
-from a2s_drake.mpc.controller import MpcController
+from a2s_drake.mpc.controller import MpcController, feedforward_ports
 from a2s_drake.mpc.planner import Planner
 from a2s_drake.scenario import Scenario
 from a2s_drake.two_ray import TwoRayChannel
-from a2s_drake.wiring import build_wired, export_outputs
+from a2s_drake.wiring import build_wired, check_ports, export_outputs
 from diagrams.reference import add_reference
 
 
@@ -20,6 +20,8 @@ def build_closed_loop(
     Noise on the measured state and delay of the commands stand in it only where the scenario asks for them;
     `rotor_speed_squared` is the command that reaches the rotors. A planner of one's own may stand in for the
     scenario's, and so may an attitude law: a block with the ports of `AttitudeReference`, made for this diagram alone.
+    Where a law has the outputs of `feedforward_ports` too, the controller follows these as well, unless
+    `mpc.feedforward` is off.
 
     ```
     +-------------+
@@ -36,12 +38,16 @@ def build_closed_loop(
     scenario = scenario or Scenario()
     builder = DiagramBuilder()
     path, ship, law = add_reference(builder, scenario, law)
-    mpc = builder.AddNamedSystem("mpc", MpcController(scenario.airframe, scenario.mpc, planner))
+    feeds = _feedforward(scenario, law)
+    controller = MpcController(scenario.airframe, scenario.mpc, planner, feedforward=bool(feeds))
+    mpc = builder.AddNamedSystem("mpc", controller)
     airframe = add_airframe(builder, scenario.airframe, scenario.mission.start, scenario.disturbance)
     channel = builder.AddNamedSystem("channel", TwoRayChannel(scenario.link))
 
     builder.Connect(path.GetOutputPort("position_preview"), mpc.GetInputPort("position_preview"))
     builder.Connect(law.GetOutputPort("attitude_preview"), mpc.GetInputPort("attitude_preview"))
+    for name in feeds:
+        builder.Connect(law.GetOutputPort(name), mpc.GetInputPort(name))
     command = _delayed(builder, scenario, mpc.GetOutputPort("rotor_speed_squared"))
     builder.Connect(command, airframe.GetInputPort("rotor_speed_squared"))
     measured = _measured(builder, scenario, airframe.GetOutputPort("vehicle_state"))
@@ -54,6 +60,15 @@ def build_closed_loop(
     for name in ("predicted_state", "solver_status"):
         builder.ExportOutput(mpc.GetOutputPort(name), name)
     return build_wired(builder, "closed_loop")
+
+
+def _feedforward(scenario: Scenario, law: System) -> dict[str, int]:
+    """The outputs of a law, by name and size, that the controller follows beyond the attitude."""
+    ports = feedforward_ports(scenario.mpc)
+    if not (scenario.mpc.feedforward and any(map(law.HasOutputPort, ports))):
+        return {}
+    check_ports("attitude_reference", law, {}, ports)
+    return ports
 
 
 def _measured(builder: DiagramBuilder, scenario: Scenario, state: OutputPort) -> OutputPort:

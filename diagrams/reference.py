@@ -43,5 +43,5 @@ def _own_law(scenario: Scenario) -> System:
     """The block of the scenario's law; a plan that is not kept yet is made now."""
     mpc = scenario.mpc
     if scenario.attitude_law.name == "planned":
-        return PlannedReference(kept_plan(scenario), mpc)
+        return PlannedReference(kept_plan(scenario), scenario.airframe, scenario.mission, mpc)
     return AttitudeReference(scenario.link, scenario.attitude_law, mpc.attitude_limit, mpc.horizon)

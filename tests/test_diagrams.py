@@ -102,6 +102,14 @@ def test_a_law_of_ones_own_stands_in_for_the_scenarios(build, scenario: Scenario
     assert flight.attitude[-1, 1] == pytest.approx(0.1, abs=0.0 if build is build_link_only else 0.05)
 
 
+def test_a_law_that_feeds_forward_must_feed_all(scenario: Scenario) -> None:
+    outputs = ("attitude_reference", "attitude_preview", "velocity_preview")
+    with pytest.raises(WiringError, match=r"\(Tilted\): .*no output angular_velocity_preview, which must have size 93"):
+        build_closed_loop(scenario, law=Tilted(scenario.mpc.horizon, outputs))
+    scenario.mpc.feedforward = False
+    assert build_closed_loop(scenario, law=Tilted(scenario.mpc.horizon, outputs)).get_name() == "closed_loop"
+
+
 def test_the_papers_law_given_as_ones_own_changes_nothing(scenario: Scenario) -> None:
     scenario = scenario.with_value("simulation.duration", 0.3)
     mpc = scenario.mpc

@@ -93,6 +93,28 @@ def test_each_decision_gets_the_plan_before_it(scenario: Scenario) -> None:
     assert (previous[2].state == 2.0).all()
 
 
+def test_it_follows_a_pose_alone_unless_told(scenario: Scenario) -> None:
+    dut = MpcController(scenario.airframe, scenario.mpc, RecordingPlanner())
+    assert dut.num_input_ports() == 3
+    reference = dut.reference(simulate(dut).get_context())
+    assert not reference.state.any() and not reference.input.any()
+
+
+def test_with_feedforward_it_follows_rates_and_inputs_too(scenario: Scenario, rng: np.random.Generator) -> None:
+    planner = RecordingPlanner()
+    dut = MpcController(scenario.airframe, scenario.mpc, planner, feedforward=True)
+    simulator = simulate(dut)
+    state, inputs = rng.normal(size=(31, 12)), rng.normal(size=(30, 6))
+    names = ("position_preview", "attitude_preview", "velocity_preview", "angular_velocity_preview")
+    values = [*np.split(state, 4, axis=1), inputs]
+    for name, value in zip((*names, "rotor_speed_squared_preview"), values, strict=True):
+        dut.GetInputPort(name).FixValue(simulator.get_mutable_context(), value.ravel())
+    simulator.Initialize()
+    asked = planner.asked[0][1]
+    np.testing.assert_array_equal(asked.state, state)
+    np.testing.assert_array_equal(asked.input, inputs)
+
+
 def test_output_holds_between_samples(scenario: Scenario) -> None:
     dut = MpcController(scenario.airframe, scenario.mpc, RecordingPlanner())
     simulator = simulate(dut)

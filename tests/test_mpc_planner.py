@@ -10,7 +10,7 @@ from a2s_drake.mpc.program import input_bounds, state_bounds
 from a2s_drake.mpc.solve import Solution
 from a2s_drake.parameters import SOLVERS
 
-AT_REST = Reference(np.zeros((31, 3)), np.zeros((31, 3)))
+AT_REST = Reference.of_pose(np.zeros((31, 3)), np.zeros((31, 3)))
 
 
 class FailingSolver:
@@ -155,13 +155,23 @@ def test_a_jump_of_euler_angles_alone_is_no_surprise_but_no_guess_either(scenari
 
 def test_targets_out_of_reach_are_drawn_nearer(scenario: Scenario) -> None:
     dut, solver = planner(scenario, some_plan())
-    reference = Reference(np.tile([1e9, -1e9, 3.0], (31, 1)), np.tile([1e9, -1e9, 0.3], (31, 1)))
+    reference = Reference.of_pose(np.tile([1e9, -1e9, 3.0], (31, 1)), np.tile([1e9, -1e9, 0.3], (31, 1)))
     x0 = np.full(12, 0.1)
     decision = dut.decide(x0, reference, some_plan())
     target = solver.asked[0][1]
     np.testing.assert_allclose(target.position, np.tile([6.1, -5.9, 3.0], (31, 1)))  # ten times 1 m/s for 0.6 s
     np.testing.assert_allclose(target.attitude, np.tile([np.pi, -np.pi, 0.3], (31, 1)))
     assert decision.objective > 1e18  # the cost of missing what was asked
+
+
+def test_rates_and_inputs_out_of_reach_are_drawn_nearer(scenario: Scenario) -> None:
+    dut, solver = planner(scenario, some_plan())
+    state = np.zeros((31, 12))
+    state[:, 6:9], state[:, 9:12] = [1e9, -1e9, 0.5], [0.7, -1e9, 1e9]
+    dut.decide(np.full(12, 0.1), Reference(state, np.tile([1e9, 5.0, 1e4, 0.0, -1e9, 1e3], (30, 1))), some_plan())
+    target = solver.asked[0][1]
+    np.testing.assert_allclose(target.state[:, 6:], np.tile([10.0, -10.0, 0.5, 0.7, -10.0, 10.0], (31, 1)))
+    np.testing.assert_allclose(target.input, np.tile([1e4, 5.0, 1e4, 0.0, -1e4, 1e3], (30, 1)))
 
 
 @pytest.mark.parametrize("pitch", [0.5 * np.pi, -0.5 * np.pi, 1.53, 0.5 * np.pi + 0.01, -4.7])
@@ -210,7 +220,7 @@ def test_a_state_that_is_not_finite_never_reaches_the_solver(entry, broken, prev
 
 def test_a_reference_that_is_not_finite_never_reaches_the_solver(scenario: Scenario) -> None:
     dut, solver = planner(scenario)
-    decision = dut.decide(np.zeros(12), Reference(np.full((31, 3), np.nan), np.zeros((31, 3))), None)
+    decision = dut.decide(np.zeros(12), Reference.of_pose(np.full((31, 3), np.nan), np.zeros((31, 3))), None)
     assert solver.calls == []
     assert_can_be_applied(decision, scenario)
 
@@ -260,7 +270,7 @@ def test_real_solvers_answer_far_outside_the_bounds(solver: str, scenario: Scena
 
 def test_cold_start_is_already_settled(scenario: Scenario) -> None:
     dut = Planner(scenario.airframe, scenario.mpc)
-    reference = Reference(np.full((31, 3), 0.2), np.full((31, 3), 0.1))
+    reference = Reference.of_pose(np.full((31, 3), 0.2), np.full((31, 3), 0.1))
     first = dut.decide(np.zeros(12), reference, None)
     model, period = dut.model, scenario.mpc.period
     assert first.fallback is Fallback.NONE

@@ -4,7 +4,7 @@ from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 from pydrake.solvers import OsqpSolver
 
 from a2s_drake import Scenario
-from a2s_drake.mpc.plan import Plan, cost_terms, tracking_cost
+from a2s_drake.mpc.plan import Plan, Reference, cost_terms, tracking_cost
 from a2s_drake.mpc.program import INPUT_SCALE, LinearizedProgram, NonlinearProgram, input_bounds, state_bounds
 from a2s_drake.mpc.solve import WholeProgram, make_solver, solve_to_convergence
 from a2s_drake.parameters import SOLVERS
@@ -13,10 +13,14 @@ from tests.tracking import ROTOR_RANGE, hover_from, model_of, reference_at
 
 @pytest.mark.parametrize("program", [LinearizedProgram, NonlinearProgram])
 @pytest.mark.parametrize("soft", [False, True])
-def test_program_cost_is_the_tracking_cost(program, soft: bool, scenario: Scenario, rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("whole", [False, True])
+def test_program_cost_is_the_tracking_cost(
+    program, soft: bool, whole: bool, scenario: Scenario, rng: np.random.Generator
+) -> None:
     dut = program(model_of(scenario), scenario.airframe, scenario.mpc, soft=soft)
     plan = Plan(rng.normal(size=(31, 12)), rng.uniform(256.0, 1e4, (30, 6)))
-    reference = reference_at(scenario, 100)
+    everything = Reference(rng.normal(size=(31, 12)), rng.uniform(256.0, 1e4, (30, 6)))
+    reference = everything if whole else reference_at(scenario, 100)
     dut.aim(reference)
     costs = [dut.prog.EvalBinding(cost, dut.guess(plan))[0] for cost in dut.prog.GetAllCosts()]
     assert sum(costs) == pytest.approx(tracking_cost(plan, reference, scenario.mpc), rel=1e-12)
@@ -51,6 +55,13 @@ def test_cost_terms_are_the_papers_sum_split_by_term_and_stage(scenario: Scenari
     assert {term.shape for term in terms.values()} == {(31,)}
     assert terms["input"][30] == 0.0
     assert sum(term.sum() for term in terms.values()) == pytest.approx(tracking_cost(plan, reference, scenario.mpc))
+
+
+def test_a_plan_that_is_its_reference_costs_nothing(scenario: Scenario, rng: np.random.Generator) -> None:
+    plan = Plan(rng.normal(size=(31, 12)), rng.uniform(256.0, 1e4, (30, 6)))
+    assert tracking_cost(plan, Reference(plan.state, plan.input), scenario.mpc) == 0.0
+    off = Plan(plan.state, plan.input + 100.0)
+    assert tracking_cost(off, Reference(plan.state, plan.input), scenario.mpc) == pytest.approx(180 * 3.2e-8 * 1e4)
 
 
 def test_linearized_dynamics_hold_on_the_plan_they_were_taken_from(scenario: Scenario) -> None:

@@ -75,7 +75,7 @@ def test_bending_is_the_integral_of_the_squared_acceleration(control: np.ndarray
 
 
 def test_throughput_is_that_of_the_channel(control: np.ndarray, task: Task) -> None:
-    mission, time = task.scenario.mission, task.sample_times()
+    mission, time = task.scenario.mission, task.scenario.samples_until(task.grid.duration)
     eta = AttitudeSpline(task.grid.duration, control).eta(time)
     expected = throughput_of(uav_position(time, mission), eta, ship_position(time, mission), Link(), 0.02)
     assert Stretch(task).throughput(control) == pytest.approx(expected)
@@ -150,9 +150,9 @@ def test_rounding_stays_close_to_a_gentle_path(task: Task) -> None:
 
 def test_margins_come_off_the_scenarios_limits() -> None:
     limits = Limits.of(Scenario())
-    assert (np.sqrt(limits.input_low), np.sqrt(limits.input_high)) == (17.0, 98.0)
-    assert np.degrees(limits.angle) == pytest.approx(14.8)
-    assert limits.rate == pytest.approx(0.97)
+    assert (np.sqrt(limits.input_low), np.sqrt(limits.input_high)) == (16.5, 99.5)
+    assert np.degrees(limits.angle) == pytest.approx(0.995 * 15.0)
+    assert limits.rate == pytest.approx(0.99)
     with pytest.raises(ValueError, match=r"rotor_speed_min_margin = 50\.0"):
         Limits.of(Scenario().with_value("planning.rotor_speed_min_margin", 50.0))
 
@@ -188,10 +188,10 @@ def test_certificate_and_planner_agree_on_what_is_used(control: np.ndarray, task
     # By finite differences and Drake's inverse dynamics on one side, by the flat map on the other.
     dut = certify(AttitudeSpline(3.0, 0.3 * control), task.scenario, 2000.0)
     use = Stretch(task).use(0.3 * control)
-    middle, half = (98.0**2 + 17.0**2) / 2.0, (98.0**2 - 17.0**2) / 2.0
+    middle, half = (99.5**2 + 16.5**2) / 2.0, (99.5**2 - 16.5**2) / 2.0
     assert dut.rotor_speed_max**2 == pytest.approx(middle + half * use[:, 6:].max(), rel=5e-3)
-    assert dut.angular_velocity_max == pytest.approx(0.97 * np.abs(use[:, 3:6]).max(), rel=5e-3)
-    assert dut.attitude_max_deg == pytest.approx(14.8 * np.abs(use[:, :3]).max(), rel=5e-3)
+    assert dut.angular_velocity_max == pytest.approx(0.99 * np.abs(use[:, 3:6]).max(), rel=5e-3)
+    assert dut.attitude_max_deg == pytest.approx(0.995 * 15.0 * np.abs(use[:, :3]).max(), rel=5e-3)
 
 
 def test_certificate_wants_rest_at_both_ends(task: Task) -> None:

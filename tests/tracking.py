@@ -15,7 +15,7 @@ def reference_at(scenario: Scenario, sample: int) -> Reference:
     times = scenario.mpc.period * (sample + np.arange(scenario.mpc.horizon + 1))
     position, ship = uav_position(times, scenario.mission), ship_position(times, scenario.mission)
     limit = scenario.mpc.attitude_limit
-    return Reference(position, attitude_reference(position, ship, scenario.link, scenario.attitude_law, limit))
+    return Reference.of_pose(position, attitude_reference(position, ship, scenario.link, scenario.attitude_law, limit))
 
 
 def model_of(scenario: Scenario) -> RigidBodyModel:

@@ -19,6 +19,16 @@ _Clock = namedview("_Clock", ["time", "shifts"])
 _NEVER = -np.inf
 
 
+def feedforward_ports(mpc: Mpc) -> dict[str, int]:
+    """Names and sizes of the inputs that a controller has with `feedforward`, and of a law's outputs that feed them."""
+    samples = 3 * (mpc.horizon + 1)
+    return {
+        "velocity_preview": samples,
+        "angular_velocity_preview": samples,
+        "rotor_speed_squared_preview": NUM_INPUTS * mpc.horizon,
+    }
+
+
 class MpcController(LeafSystem):
     """Model predictive control of the hexarotor's pose.
 
@@ -37,11 +47,20 @@ class MpcController(LeafSystem):
     - `predicted_state` (12(N+1)): the plan's states, row by row.
     - `solver_status` (4): see `SolverStatus`.
 
+    With `feedforward` it has three inputs more, and its cost weighs differences from these where it else weighs the
+    quantities themselves, as the paper does:
+
+    - `velocity_preview` (3(N+1)): planned velocity at the same instants, m/s, W.
+    - `angular_velocity_preview` (3(N+1)): planned angular velocity, rad/s, B.
+    - `rotor_speed_squared_preview` (6N): planned Omega^2 over each period, Hz^2.
+
     Sampled: it decides when simulation begins and then every `mpc.period`; the outputs hold in between. The state of
     the context holds the plan, so one block serves many contexts.
     """
 
-    def __init__(self, airframe: Airframe, mpc: Mpc, planner: Planner | None = None) -> None:
+    def __init__(
+        self, airframe: Airframe, mpc: Mpc, planner: Planner | None = None, *, feedforward: bool = False
+    ) -> None:
         """A controller for a vehicle under some settings, with a planner of one's own in place of the one they make."""
         LeafSystem.__init__(self)
         self._planner = planner or Planner(airframe, mpc)
@@ -50,6 +69,10 @@ class MpcController(LeafSystem):
         self._vehicle_state = self.DeclareVectorInputPort("vehicle_state", NUM_STATES)
         self._position_preview = self.DeclareVectorInputPort("position_preview", samples)
         self._attitude_preview = self.DeclareVectorInputPort("attitude_preview", samples)
+        self._feedforward = {
+            name: self.DeclareVectorInputPort(name, size)
+            for name, size in (feedforward_ports(mpc).items() if feedforward else ())
+        }
 
         rest = self._planner.hover_plan(np.zeros(NUM_STATES))
         self._states = self.DeclareDiscreteState(rest.state.ravel())
@@ -92,11 +115,17 @@ class MpcController(LeafSystem):
         inputs = context.get_discrete_state(self._inputs).value()
         return Plan(states.reshape(-1, NUM_STATES).copy(), inputs.reshape(-1, NUM_INPUTS).copy())
 
+    def reference(self, context: Context) -> Reference:
+        """The targets that the inputs of a context preview."""
+        pose = (port.Eval(context).reshape(-1, 3) for port in (self._position_preview, self._attitude_preview))
+        if not self._feedforward:
+            return Reference.of_pose(*pose)
+        velocity, angular_velocity, u = (port.Eval(context) for port in self._feedforward.values())
+        rates = (velocity.reshape(-1, 3), angular_velocity.reshape(-1, 3))
+        return Reference(np.hstack([*pose, *rates]), u.reshape(-1, NUM_INPUTS))
+
     def _decide(self, context: Context, previous: Plan | None, shifts: int, discrete_state: DiscreteValues) -> None:
-        reference = Reference(
-            self._position_preview.Eval(context).reshape(-1, 3), self._attitude_preview.Eval(context).reshape(-1, 3)
-        )
-        state = self._vehicle_state.Eval(context)
+        state, reference = self._vehicle_state.Eval(context), self.reference(context)
         before = context.get_discrete_state(self._measured).value()
         decision = self._planner.decide(state, reference, previous, before)
         discrete_state.set_value(self._measured, state)

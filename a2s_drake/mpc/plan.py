@@ -5,25 +5,41 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2s_drake.arrays import FloatArray
-from a2s_drake.mpc.model import ATTITUDE, NUM_STATES, POSITION, RATE, VELOCITY, RigidBodyModel
+from a2s_drake.mpc.model import ATTITUDE, NUM_INPUTS, NUM_STATES, POSITION, RATE, VELOCITY, RigidBodyModel
 from a2s_drake.parameters import Mpc
 
 
 @dataclass(frozen=True)
 class Reference:
-    """Previewed targets at now, now + T_s, ...: position (m, W) and attitude (rad), each of shape (N+1, 3)."""
+    """Previewed targets: states at now, now + T_s, ..., shape (N+1, 12), and inputs, Hz^2, shape (N, 6)."""
 
-    position: FloatArray
-    attitude: FloatArray
+    state: FloatArray
+    input: FloatArray
+
+    @classmethod
+    def of_pose(cls, position: FloatArray, attitude: FloatArray) -> "Reference":
+        """The paper's targets: a pose (m, W, and rad; shapes (N+1, 3)), all else zero."""
+        rates = np.zeros((len(position), 6))
+        return cls(np.hstack([position, attitude, rates]), np.zeros((len(position) - 1, NUM_INPUTS)))
+
+    @property
+    def position(self) -> FloatArray:
+        """m, W, shape (N+1, 3)."""
+        return self.state[:, POSITION]
+
+    @property
+    def attitude(self) -> FloatArray:
+        """Roll, pitch, yaw, rad, shape (N+1, 3)."""
+        return self.state[:, ATTITUDE]
 
     def is_finite(self) -> bool:
         """Whether every number is one."""
-        return bool(np.isfinite(self.position).all() and np.isfinite(self.attitude).all())
+        return bool(np.isfinite(self.state).all() and np.isfinite(self.input).all())
 
-    def within(self, reach: float, x0: FloatArray) -> "Reference":
-        """The same targets, but none further than `reach` (m) on any axis from a state (12,), nor turned beyond pi."""
-        position = np.clip(self.position, x0[POSITION] - reach, x0[POSITION] + reach)
-        return Reference(position, np.clip(self.attitude, -np.pi, np.pi))
+    def within(self, centre: FloatArray, reach: FloatArray, input_reach: float) -> "Reference":
+        """The same targets, but no state further than `reach` (12,) from a centre (12,), no input beyond one (Hz^2)."""
+        state = np.clip(self.state, centre - reach, centre + reach)
+        return Reference(state, np.clip(self.input, -input_reach, input_reach))
 
 
 @dataclass(frozen=True)
@@ -72,11 +88,9 @@ def cost_terms(plan: Plan, reference: Reference, mpc: Mpc) -> dict[str, FloatArr
       `position`, `attitude`, `velocity`, `angular_velocity` and `input`, each of shape (N+1,), dimensionless; the last
       stage is the terminal one, which has no input.
     """
-    error = plan.state.copy()
-    error[:, POSITION] -= reference.position
-    error[:, ATTITUDE] -= reference.attitude
+    error = plan.state - reference.state
     by_part = (error**2 * state_weights(mpc)).reshape(-1, 4, 3).sum(axis=-1)
-    by_input = np.append(mpc.input_weight * (plan.input**2).sum(axis=-1), 0.0)
+    by_input = np.append(mpc.input_weight * ((plan.input - reference.input) ** 2).sum(axis=-1), 0.0)
     names = ("position", "attitude", "velocity", "angular_velocity", "input")
     return dict(zip(names, (*by_part.T, by_input), strict=True))
 

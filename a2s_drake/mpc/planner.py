@@ -19,8 +19,9 @@ from a2s_drake.rotations import rotation_matrix
 # the horizon, which solvers answer with anything from an error message to a crash.
 _SOLVABLE_SHARE = 100.0
 
-# Targets further away than this many times what the vehicle can cover within the horizon are drawn nearer. The way is
-# the same, but their pull would drown the solver's tolerance, and outweigh the penalties of a softened program.
+# Targets further away than this many times what the vehicle can cover within the horizon are drawn nearer, and rates
+# beyond this many times their bounds. The way is the same, but their pull would drown the solver's tolerance, and
+# outweigh the penalties of a softened program.
 _REACH = 10.0
 
 # A measured state further than this from the one that the last plan foresaw (m, rad of rotation, m/s, rad/s) surprises:
@@ -74,7 +75,9 @@ class Planner:
         self._solver = solver or make_solver(self.model, airframe, mpc)
         self._input_bounds = input_bounds(airframe)
         self._solvable = _SOLVABLE_SHARE * np.abs(state_bounds(mpc)).max(axis=0)
-        self._reach = _REACH * mpc.velocity_limit * mpc.horizon * mpc.period
+        farthest = _REACH * mpc.velocity_limit * mpc.horizon * mpc.period
+        rates = (_REACH * mpc.velocity_limit, _REACH * mpc.angular_velocity_limit)
+        self._reach = np.repeat([farthest, np.pi, *rates], 3)
         self._hover = hover_input(airframe)
 
     def hover_plan(self, x0: FloatArray) -> Plan:
@@ -128,7 +131,8 @@ class Planner:
         self, x0: FloatArray, reference: Reference, guess: Plan | None
     ) -> Iterator[tuple[Fallback, Solution]]:
         """Ways to solve the problem, best first; who has found one that works asks for no more."""
-        target = reference.within(self._reach, x0)
+        centre = np.where(np.arange(NUM_STATES) < 3, x0, 0.0)  # Only positions are as good here as there.
+        target = reference.within(centre, self._reach, self._input_bounds[1])
         if guess is not None and np.abs(x0[ATTITUDE] - guess.state[0, ATTITUDE]).max() > 1.0:
             guess = None  # It tells of the same attitudes by other Euler angles.
         start = guess or self.hover_plan(x0)

@@ -28,9 +28,6 @@ SOFT_QUADRATIC = np.repeat([1.0e1, 1.0e5, 1.0e3, 1.0e4], 3)
 
 _OVERFLOWED = 1.0e10
 
-# Position and attitude are the states that follow a reference.
-_TRACKED = slice(0, 6)
-
 
 def state_bounds(mpc: Mpc) -> tuple[FloatArray, FloatArray]:
     """Lower and upper bounds of the state, each shape (12,), SI units."""
@@ -76,13 +73,15 @@ class TrackingProgram:
 
     def _add_costs(self) -> None:
         input_weights = np.full(NUM_INPUTS, self._mpc.input_weight * INPUT_SCALE**2)
+        horizon = self._mpc.horizon
+        self._pull_weights = np.concatenate([np.tile(self._weights, horizon + 1), np.tile(input_weights, horizon)])
         # All stages share one evaluator, which is read once where it would be read N times.
         stage = _diagonal_cost(np.concatenate([self._weights, input_weights]))
         for state, scaled_input in zip(self._x[:-1], self._u, strict=True):
             self.prog.AddCost(stage, np.concatenate([state, scaled_input]))
         self.prog.AddCost(_diagonal_cost(self._weights), self._x[-1])
-        tracked = self._x[:, _TRACKED].ravel()
-        self._pull = self.prog.AddLinearCost(np.zeros(tracked.size), 0.0, tracked).evaluator()
+        followers = np.concatenate([self._x.ravel(), self._u.ravel()])
+        self._pull = self.prog.AddLinearCost(np.zeros(followers.size), 0.0, followers).evaluator()
 
     def _add_soft_bounds(self, lower: FloatArray, upper: FloatArray, slacks: Any) -> None:
         self.prog.AddBoundingBoxConstraint(0.0, np.inf, slacks.ravel())
@@ -96,9 +95,9 @@ class TrackingProgram:
 
     def aim(self, reference: Reference) -> None:
         """Sets the targets of this sample."""
-        target = np.hstack([reference.position, reference.attitude])
-        weighted = target * self._weights[_TRACKED]
-        self._pull.UpdateCoefficients(-2.0 * weighted.ravel(), float((weighted * target).sum()))
+        target = np.concatenate([reference.state.ravel(), reference.input.ravel() / INPUT_SCALE])
+        weighted = self._pull_weights * target
+        self._pull.UpdateCoefficients(-2.0 * weighted, float(weighted @ target))
 
     def guess(self, plan: Plan) -> FloatArray:
         """A plan as an initial guess of all decision variables; slacks start at zero."""

@@ -19,7 +19,7 @@ from a2s_drake.scenario import Scenario
 
 _HERE = Path(__file__).parent
 _SOURCES = [
-    *sorted(_HERE.glob("*.py")),
+    *sorted(source for source in _HERE.glob("*.py") if source.stem not in ("keep", "reference")),
     *(_HERE.parent / f"{n}.py" for n in ("flatness", "two_ray", "airframe", "paths")),
 ]
 

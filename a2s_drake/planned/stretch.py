@@ -39,11 +39,6 @@ class Task:
         grid = SplineGrid.of(scenario.mission.duration, planning.knot_spacing)
         return cls(scenario, grid, Limits.of(scenario), FlatMap.of(scenario.airframe), planning)
 
-    def sample_times(self) -> FloatArray:
-        """The controller's sampling instants in the mission, s, over which throughput is summed."""
-        period = self.scenario.mpc.period
-        return period * np.arange(int(self.grid.duration / period + 1e-9) + 1, dtype=np.float64)
-
     def limit_times(self) -> FloatArray:
         """Instants at which the limits are imposed, s: every knot, where torque has its kinks, and some between."""
         between = int(np.ceil(self.grid.spacing / self.planning.limit_spacing - 1e-9))
@@ -63,7 +58,7 @@ class Stretch:
         self._place_limits(task)
 
     def _place_samples(self, task: Task) -> None:
-        time = task.sample_times()
+        time = task.scenario.samples_until(task.grid.duration)
         interval, inside = task.grid.locate(time)
         kept = self._holds(interval)
         time, interval = time[kept], interval[kept] - self.first

@@ -10,7 +10,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
 from a2s_drake import Scenario, SolverStatus
-from a2s_drake.mpc.plan import Reference, cost_terms
+from a2s_drake.mpc.plan import cost_terms
 from a2s_drake.mpc.program import input_bounds, state_bounds
 from diagrams import build_closed_loop
 from scripts.example_figures import plan_figure
@@ -33,8 +33,7 @@ def show() -> Figure:
     mpc = diagram.GetSubsystemByName("mpc")
     own = mpc.GetMyContextFromRoot(context)
     plan, status = mpc.plan(own), SolverStatus(mpc.GetOutputPort("solver_status").Eval(own))
-    target = [mpc.GetInputPort(name).Eval(own).reshape(-1, 3) for name in ("position_preview", "attitude_preview")]
-    reference = Reference(*target)
+    reference = mpc.reference(own)
     terms = cost_terms(plan, reference, scenario.mpc)
     for name, term in terms.items():
         print(f"{name:16}{term.sum():8.3f} {100.0 * term.sum() / status.objective:5.1f} %")
