@@ -52,6 +52,35 @@ def paper_gallery(flights: Mapping[str, Flight]) -> Gallery:
     }
 
 
+def beyond_gallery(results: Mapping[str, Any], flights: Mapping[str, Flight]) -> Gallery:
+    """The law `planned` beside the paper's, from the report's numbers and the flights of Table I as printed, by law."""
+    planned, compared = flights["planned"], {law: flights[law] for law in ("three_axis", "planned", "level")}
+    return {
+        "planned_channel_gain": (
+            figures.channel_gain_figure(compared),
+            "Channel gain under the paper's law, the plan, and level; Table I as printed.",
+        ),
+        "planned_outage": (
+            figures.outage_figure(compared),
+            "Share of the mission with an SNR below a threshold; dots at 0, 3, 6, 9 and 12 dB.",
+        ),
+        "planned_attitude": (figures.attitude_figure(planned), "The plan, and what is flown of it: they coincide."),
+        "planned_angular_velocity": (
+            figures.angular_velocity_figure(planned),
+            "Angular velocity under the plan, its bounds.",
+        ),
+        "planned_rotor_speed": (
+            figures.rotor_speed_figure(planned),
+            "The six rotor speeds under the plan and their bounds, which it uses to the full.",
+        ),
+        "attribution": (
+            figures.attribution_figure(results["beyond"]["attribution"]),
+            "From the best attitude in the box down to what is flown: the gain over level that is left after each "
+            "effect, and (hatched) what the effect costs.",
+        ),
+    }
+
+
 def study_gallery(results: Mapping[str, Any], printed: Scenario) -> Gallery:
     """The figures of what the paper leaves open, from the report's numbers and the scenario of Table I as printed."""
     gallery: Gallery = {}

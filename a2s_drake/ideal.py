@@ -8,6 +8,7 @@ import numpy as np
 from a2s_drake.arrays import FloatArray
 from a2s_drake.attitude_law import affine_phase, attitude_reference
 from a2s_drake.ceiling import affine_phase_error, best_attitude, is_hoverable, throughput_of
+from a2s_drake.flight import Flight
 from a2s_drake.parameters import FALLBACKS
 from a2s_drake.paths import ship_position, uav_position
 from a2s_drake.scenario import Scenario
@@ -26,6 +27,11 @@ class Geometry:
         """The planned geometry of a scenario over its flight."""
         time = scenario.sample_times()
         return cls(time, uav_position(time, scenario.mission), ship_position(time, scenario.mission))
+
+    @classmethod
+    def of_flight(cls, flight: Flight) -> "Geometry":
+        """The planned geometry that a flight has logged."""
+        return cls(flight.time, flight.position_reference, flight.ship_position)
 
 
 def law_attitude(scenario: Scenario, geometry: Geometry, name: str, fallback: str) -> FloatArray:

@@ -8,30 +8,36 @@ from typing import Any
 from a2s_drake.figures import save_figure
 from a2s_drake.files import written_whole
 from a2s_drake.flight import Flight
-from a2s_drake.gallery import paper_gallery, study_gallery
+from a2s_drake.gallery import beyond_gallery, paper_gallery, study_gallery
+from a2s_drake.planned.spline import AttitudeSpline
 from a2s_drake.report import report_html
-from a2s_drake.reproduction import HEADLINE, PRINTED, collect_results, headline_flights
+from a2s_drake.reproduction import HEADLINE, PRINTED, collect_results, headline_flights, printed_flights
 from a2s_drake.scenario import Scenario
 
 
 def publish(
-    bases: Mapping[str, Scenario], flights: Mapping[str, Flight], folder: Path, *, quick: bool = False
+    bases: Mapping[str, Scenario],
+    flights: Mapping[str, Flight],
+    folder: Path,
+    unbounded: AttitudeSpline | None = None,
 ) -> dict[str, Any]:
     """Writes report.html, results.json and figures/*.png and *.svg into a folder; returns the results.
 
     Args:
       bases: the scenarios named HEADLINE and PRINTED.
       flights: those of `reproduction.planned_flights`, by name.
+      unbounded: as for `reproduction.collect_results`; without it the report is a quick one.
     """
-    results = collect_results(bases, flights, quick=quick)
+    results = collect_results(bases, flights, unbounded)
     paper = paper_gallery(headline_flights(flights))
-    gallery = paper | study_gallery(results, bases[PRINTED])
+    beyond = beyond_gallery(results, printed_flights(flights)) if "beyond" in results else {}
+    gallery = paper | beyond | study_gallery(results, bases[PRINTED])
     figures = folder / "figures"
     figures.mkdir(parents=True, exist_ok=True)
     for name, (figure, _) in gallery.items():
         save_figure(figure, figures / name)
     captions = {name: caption for name, (_, caption) in gallery.items()}
-    page = report_html(results, captions, figures, bases[HEADLINE], list(paper))
+    page = report_html(results, captions, figures, bases[HEADLINE], list(paper), list(beyond))
     for name, text in (("results.json", json.dumps(results, indent=2) + "\n"), ("report.html", page)):
         with written_whole(folder / name) as part:
             part.write_text(text, encoding="utf-8")

@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from a2s_drake.attribution import attribution
 from a2s_drake.comparison import PAPER_GAINS
 from a2s_drake.errata import errata
 from a2s_drake.flight import Flight
-from a2s_drake.ideal import ideal_study
+from a2s_drake.ideal import Geometry, ideal_gain, ideal_study
 from a2s_drake.metrics import compute_metrics, fades, gain_percent, outage_curve
-from a2s_drake.parameters import LAWS
+from a2s_drake.parameters import EVERY_LAW, LAWS
+from a2s_drake.planned.spline import AttitudeSpline
 from a2s_drake.readings import all_readings, under_law
 from a2s_drake.scenario import Scenario
 
@@ -25,13 +27,14 @@ def flight_name(base: str, law: str, question: str = "", answer: str = "") -> st
 
 
 def planned_flights(bases: Mapping[str, Scenario], *, quick: bool = False) -> dict[str, Scenario]:
-    """Every flight of the report by name, validated; with `quick` the headline scenario's alone.
+    """Every flight of the report by name, validated; with `quick` those alone that the headline of the paper needs.
 
     Args:
       bases: the scenarios named HEADLINE and PRINTED.
     """
     flights = {flight_name(HEADLINE, law): under_law(bases[HEADLINE], law) for law in LAWS}
     if not quick:
+        flights[flight_name(PRINTED, "planned")] = under_law(bases[PRINTED], "planned")
         for base, scenario in bases.items():
             flights |= {flight_name(base, law): under_law(scenario, law) for law in LAWS}
             for reading in all_readings():
@@ -44,6 +47,11 @@ def planned_flights(bases: Mapping[str, Scenario], *, quick: bool = False) -> di
 def headline_flights(flights: Mapping[str, Flight]) -> dict[str, Flight]:
     """The headline scenario's flights by law."""
     return {law: flights[flight_name(HEADLINE, law)] for law in LAWS}
+
+
+def printed_flights(flights: Mapping[str, Flight]) -> dict[str, Flight]:
+    """The flights of Table I as printed, by law, `planned` among them."""
+    return {law: flights[flight_name(PRINTED, law)] for law in EVERY_LAW}
 
 
 def _gains(by_law: Mapping[str, Flight]) -> dict[str, float]:
@@ -91,6 +99,11 @@ def ceiling_rows(
     for law, gains in ideal["gain_percent"].items():
         rows.append((f"ideally tracked, {fallback}", "ideal", law, gains[fallback]))
         rows += [(f"ideally tracked, {name}", "other", law, gain) for name, gain in gains.items() if name != fallback]
+    if by_law is not None and "planned" in by_law:
+        plan = by_law["planned"]
+        held = ideal_gain(scenario, Geometry.of_flight(plan), plan.attitude_reference)
+        rows.append(("ideally tracked", "ideal", "planned", held))
+        rows.append(("flown", "flown", "planned", gain_percent(plan, by_law["level"])))
     if by_law is not None:
         gains = _gains(by_law)
         rows.append(("flown", "flown", "three_axis", gains["over_level"]))
@@ -114,6 +127,20 @@ def _claims(by_law: Mapping[str, Flight]) -> dict[str, Any]:
     }
 
 
+def _beyond(by_law: Mapping[str, Flight], unbounded: AttitudeSpline) -> dict[str, Any]:
+    """The law `planned` beside the paper's on Table I as printed, and what each effect costs either."""
+    return {
+        "scenario": PRINTED,
+        "gain_percent": {
+            "planned_over_level": gain_percent(by_law["planned"], by_law["level"]),
+            "planned_over_three_axis": gain_percent(by_law["planned"], by_law["three_axis"]),
+            "three_axis_over_level": gain_percent(by_law["three_axis"], by_law["level"]),
+        },
+        "laws": {law: _reproducible(compute_metrics(flight)) for law, flight in by_law.items()},
+        "attribution": [asdict(step) for step in attribution(by_law, unbounded)],
+    }
+
+
 def _reproducible(metrics: dict[str, Any]) -> dict[str, Any]:
     """Metrics short of what the machine's clock put in."""
     kept = {name: value for name, value in metrics.items() if name not in ("wall_s", "real_time_factor", "versions")}
@@ -121,18 +148,20 @@ def _reproducible(metrics: dict[str, Any]) -> dict[str, Any]:
 
 
 def collect_results(
-    bases: Mapping[str, Scenario], flights: Mapping[str, Flight], *, quick: bool = False
+    bases: Mapping[str, Scenario], flights: Mapping[str, Flight], unbounded: AttitudeSpline | None = None
 ) -> dict[str, Any]:
-    """All numbers of the report, the same on every run: headline, readings, ceilings, errata.
+    """All numbers of the report, the same on every run: headline, readings, ceilings, errata, beyond.
 
-    A quick report, which flies the headline alone, lacks `readings` and the closed loops of Table I as printed.
+    Args:
+      unbounded: the plan of `without_rate_bound(bases[PRINTED])`. Without it this is a quick report on the headline's
+        flights alone, which lacks `readings`, `beyond` and the closed loops of Table I as printed.
     """
     by_law = headline_flights(flights)
     metrics = {law: compute_metrics(flight) for law, flight in by_law.items()}
     ideal = {base: ideal_study(scenario) for base, scenario in bases.items()}
     flown = {HEADLINE: by_law}
-    if not quick:
-        flown[PRINTED] = {law: flights[flight_name(PRINTED, law)] for law in LAWS}
+    if unbounded is not None:
+        flown[PRINTED] = printed_flights(flights)
     results: dict[str, Any] = {
         "paper_gain_percent": {f"over_{baseline}": gain for (_, baseline), gain in PAPER_GAINS.items()},
         "headline": {
@@ -146,6 +175,7 @@ def collect_results(
         "errata": [asdict(erratum) for erratum in errata(bases[PRINTED])],
         "versions": metrics["level"]["versions"],
     }
-    if not quick:
+    if unbounded is not None:
         results["readings"] = reading_rows(bases, flights)
+        results["beyond"] = _beyond(flown[PRINTED], unbounded)
     return results

@@ -17,8 +17,18 @@ from a2s_drake.scenario import Scenario
 
 # Modules of this package that look at flights or decide which to fly; no number in a flight hangs on them.
 _LOOKS_ON = {
-    *("figures", "gallery.py", "report.py", "table_one.py", "metrics.py", "comparison.py", "reproduction.py"),
-    *("robustness.py", "beyond.py", "ceiling.py", "ideal.py", "errata.py", "readings.py", "campaign.py", "store.py"),
+    *("figures", "gallery.py", "report", "table_one.py", "metrics.py", "comparison.py", "reproduction.py"),
+    *(
+        "attribution.py",
+        "robustness.py",
+        "beyond.py",
+        "ceiling.py",
+        "ideal.py",
+        "errata.py",
+        "readings.py",
+        "campaign.py",
+        "store.py",
+    ),
     *("benchmark", "peers.py", "publish.py", "__init__.py", "graph", "replay", "ports.py"),
 }
 

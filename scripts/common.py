@@ -21,6 +21,7 @@ from a2s_drake.flight import Sample
 from a2s_drake.metrics import write_metrics
 from a2s_drake.planned.keep import kept_plan
 from a2s_drake.planned.plan import Progress
+from a2s_drake.planned.spline import AttitudeSpline
 from a2s_drake.replay import Scene, start_meshcat, write_replay
 from a2s_drake.store import FlightStore, code_digest, fly_kept
 from diagrams import build_closed_loop, load_scenario
@@ -118,14 +119,14 @@ def resolve_scenario(arguments: argparse.Namespace, overrides: list[str]) -> Sce
         raise UsageError(error) from error
 
 
-def plan_ahead(scenario: Scenario) -> None:
-    """Makes the plan of a scenario whose law is planned, with a progress bar, unless it is kept from before.
+def plan_ahead(scenario: Scenario) -> AttitudeSpline | None:
+    """The plan of a scenario whose law is planned, made with a progress bar unless it is kept from before.
 
     Raises:
       UsageError: when the vehicle cannot fly the path even level.
     """
     if scenario.attitude_law.name != "planned":
-        return
+        return None
     try:
         with tqdm(desc="planning", unit=" steps", leave=False, disable=None) as bar:
 
@@ -133,7 +134,7 @@ def plan_ahead(scenario: Scenario) -> None:
                 bar.set_postfix_str(f"{progress.phase}, {progress.throughput:.3f} bit/Hz")
                 bar.update()
 
-            kept_plan(scenario, show)
+            return kept_plan(scenario, show)
     except ValueError as error:
         raise UsageError(error) from error
 

@@ -7,7 +7,7 @@ from a2s_drake.figures import geometry_figure, save_figure
 from a2s_drake.publish import publish
 from a2s_drake.reproduction import HEADLINE, PRINTED, planned_flights
 from diagrams import load_scenario
-from tests.test_reproduction import made_up
+from tests.test_reproduction import UNBOUNDED, made_up
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +15,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A whole report of made-up flights."""
     folder = tmp_path_factory.mktemp("report")
     bases = {name: load_scenario(name) for name in (HEADLINE, PRINTED)}
-    publish(bases, made_up(planned_flights(bases)), folder)
+    publish(bases, made_up(planned_flights(bases)), folder, UNBOUNDED)
     return folder / "report.html"
 
 
@@ -55,12 +55,14 @@ def dut(page: Path) -> Collector:
 def test_page_is_balanced_and_shows_every_figure_once(dut: Collector) -> None:
     assert dut.open == []
     expected = ["geometry", "trajectory", "position", "channel_gain", "outage", "reference", "attitude_error"]
-    expected += ["attitude", "velocity", "angular_velocity", "rotor_speed", "readings", "ceiling", "affine_phase_error"]
+    expected += ["attitude", "velocity", "angular_velocity", "rotor_speed", "planned_channel_gain", "planned_outage"]
+    expected += ["planned_attitude", "planned_angular_velocity", "planned_rotor_speed", "attribution"]
+    expected += ["readings", "ceiling", "affine_phase_error"]
     assert dut.ids == expected
 
 
 def test_page_holds_all_it_shows(dut: Collector, page: Path) -> None:
-    assert len(dut.links) == 14
+    assert len(dut.links) == 20
     assert all(link.startswith("data:image/svg+xml;base64,") for link in dut.links)
     assert "url(" not in page.read_text(encoding="utf-8").split("<body>")[0]
 
@@ -78,6 +80,8 @@ def test_page_holds_all_it_shows(dut: Collector, page: Path) -> None:
         "tilt 35 deg",
         "J_a",
         "43.24 %",
+        "+60.00 %",
+        "rotors in motion",
     ],
 )
 def test_page_says(words: str, dut: Collector) -> None:
@@ -95,5 +99,5 @@ def test_same_results_give_the_same_page(page: Path) -> None:
 def test_page_in_a_browser(width: int, page: Path, open_page) -> None:
     tab = open_page(page, width)
     drawn = "[...document.images].filter(image => image.complete && image.naturalWidth > 0).length"
-    assert tab.evaluate(drawn) == 14
+    assert tab.evaluate(drawn) == 20
     assert tab.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth") == 0

@@ -5,12 +5,14 @@ import pytest
 
 from a2s_drake import Flight, Scenario
 from a2s_drake.parameters import LAWS
+from a2s_drake.planned.spline import AttitudeSpline
 from a2s_drake.readings import all_readings, under_law
 from a2s_drake.reproduction import HEADLINE, PRINTED, collect_results, planned_flights
 from diagrams import load_scenario
 from tests.flights import SAMPLES, made_up_flight
 
-RATES = {"three_axis": 6.0, "pitch_only": 5.0, "level": 4.0}
+RATES = {"three_axis": 6.0, "pitch_only": 5.0, "level": 4.0, "planned": 6.4}
+UNBOUNDED = AttitudeSpline(40.0, np.full((13, 3), 0.1))
 
 
 @pytest.fixture
@@ -68,11 +70,15 @@ def test_quick_flies_the_headline_alone(bases: dict[str, Scenario]) -> None:
     assert set(planned) < set(everything)
     distinct = {scenario.to_yaml() for scenario in everything.values()}
     assert 45 <= len(distinct) <= 55
+    assert [name for name, scenario in everything.items() if scenario.attitude_law.name == "planned"] == [
+        f"{PRINTED} / planned"
+    ]
+    assert everything[f"{PRINTED} / planned"] == load_scenario("planned")
 
 
 def test_results_say_how_far_each_reading_moves_the_headline(bases: dict[str, Scenario]) -> None:
     planned = planned_flights(bases)
-    results = collect_results(bases, made_up(planned))
+    results = collect_results(bases, made_up(planned), UNBOUNDED)
     gains = {"over_level": 50.0, "over_pitch_only": 20.0, "pitch_only_over_level": 25.0}
     assert results["headline"]["gain_percent"] == pytest.approx(gains)
     assert results["paper_gain_percent"] == {"over_level": 22.2, "over_pitch_only": 11.4}
@@ -90,12 +96,33 @@ def test_results_say_how_far_each_reading_moves_the_headline(bases: dict[str, Sc
         assert flown["pitch_only"]["share"] == pytest.approx(25.0 / rows[0]["gain_percent"])
 
 
+def test_the_planned_law_has_its_own_part(bases: dict[str, Scenario]) -> None:
+    results = collect_results(bases, made_up(planned_flights(bases)), UNBOUNDED)
+    gains = results["beyond"]["gain_percent"]
+    assert gains == pytest.approx(
+        {
+            "planned_over_level": 60.0,
+            "planned_over_three_axis": 100.0 * (6.4 / 6.0 - 1.0),
+            "three_axis_over_level": 50.0,
+        }
+    )
+    assert list(results["beyond"]["laws"]) == ["three_axis", "pitch_only", "level", "planned"]
+    rows = {row["kind"]: row for row in results["ceilings"][PRINTED] if row["law"] == "planned"}
+    assert rows["flown"]["gain_percent"] == pytest.approx(60.0)
+    assert rows["ideal"]["gain_percent"] == pytest.approx(0.0)  # Made up to be level.
+    assert not [row for row in results["ceilings"][HEADLINE] if row["law"] == "planned"]
+    bottom = [step for step in results["beyond"]["attribution"] if step["effect"] == "position"]
+    assert {step["law"]: step["gain_percent"] for step in bottom} == pytest.approx(
+        {"three_axis": 50.0, "planned": 60.0}
+    )
+
+
 def test_claims_in_words_get_figures(bases: dict[str, Scenario]) -> None:
     flights = made_up(planned_flights(bases, quick=True))
     for name, snr in (("three_axis", [1, -1, 1, -1, 5]), ("pitch_only", [-1, -1, 1, 1, 1]), ("level", [9, 9, 9, 9, 9])):
         key = f"{HEADLINE} / {name}"
         flights[key] = dataclasses.replace(flights[key], snr_db=np.array(snr, dtype=float))
-    claims = collect_results(bases, flights, quick=True)["headline"]["claims"]
+    claims = collect_results(bases, flights)["headline"]["claims"]
     assert claims["fades_below_0_db"] == {"three_axis": 2, "pitch_only": 1, "level": 0}
     assert claims["outage_worst_excess"] == 1.0  # between 5 and 9 dB, where level is never below
 
@@ -103,6 +130,6 @@ def test_claims_in_words_get_figures(bases: dict[str, Scenario]) -> None:
 def test_results_hold_no_reading_of_the_clock(bases: dict[str, Scenario]) -> None:
     flights = made_up(planned_flights(bases, quick=True))
     timeless = {name: dataclasses.replace(flight, wall_clock=None) for name, flight in flights.items()}
-    results = collect_results(bases, flights, quick=True)
-    assert results == collect_results(bases, timeless, quick=True)
+    results = collect_results(bases, flights)
+    assert results == collect_results(bases, timeless)
     assert "readings" not in results

@@ -1,7 +1,7 @@
 """Figures of Flights and studies: plain matplotlib Figures at column width, no pyplot state; save with `savefig`."""
 
 from a2s_drake.figures.attitude import attitude_error_figure, attitude_figure, reference_figure
-from a2s_drake.figures.ceiling import affine_error_figure, ceiling_figure
+from a2s_drake.figures.ceiling import affine_error_figure, attribution_figure, ceiling_figure
 from a2s_drake.figures.geometry import geometry_figure
 from a2s_drake.figures.hangs_on import readings_figure
 from a2s_drake.figures.limits import angular_velocity_figure, rotor_speed_figure, velocity_figure
@@ -16,6 +16,7 @@ __all__ = [
     "angular_velocity_figure",
     "attitude_error_figure",
     "attitude_figure",
+    "attribution_figure",
     "ceiling_figure",
     "channel_gain_figure",
     "geometry_figure",

@@ -49,6 +49,36 @@ def ceiling_figure(rows: Mapping[str, Sequence[Mapping[str, Any]]]) -> Figure:
 
 
 @styled
+def attribution_figure(steps: Sequence[Mapping[str, Any]]) -> Figure:
+    """Gain over `level` that is left after each effect, and what the effect costs, one panel a law.
+
+    Args:
+      steps: of `attribution.attribution`, as dictionaries, from the top.
+    """
+    by_law = {law: [step for step in steps if step["law"] == law] for law in dict.fromkeys(s["law"] for s in steps)}
+    heights = [len(entries) for entries in by_law.values()]
+    figure = column_figure(0.9 + 0.2 * sum(heights))
+    panels = figure.subplots(len(by_law), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
+    for axes, (law, entries) in zip(panels, by_law.items(), strict=True):
+        colour = LAW_STYLES[law]["color"]
+        for place, step in enumerate(entries):
+            left, lost = step["gain_percent"], step["cost"]
+            axes.barh(-place, left, height=0.62, facecolor=colour, edgecolor=colour, linewidth=0.7, alpha=0.75)
+            axes.barh(-place, lost, left=left, height=0.62, facecolor="white", edgecolor=colour, hatch="////", lw=0.7)
+            text = f"{left:.1f} %" if place == 0 else f"{left:.1f} % ({-lost:+.1f})"
+            axes.text(left + max(lost, 0.0) + 0.7, -place, text, va="center", fontsize=6.5)
+        labels = [step["effect"] or step["attitude"] for step in entries]
+        axes.set_yticks(-np.arange(len(entries)), labels, fontsize=6.5)
+        axes.tick_params(axis="y", length=0)
+        axes.set_axisbelow(True)
+        axes.grid(axis="y", visible=False)
+        axes.set_title(LAW_LABELS[law], pad=3)
+    panels[-1].set_xlim(0.0, 1.4 * max(step["gain_percent"] for step in steps))
+    panels[-1].set_xlabel("throughput gain over level (%)")
+    return figure
+
+
+@styled
 def affine_error_figure(time: FloatArray, error: FloatArray) -> Figure:
     """Largest and typical error of the affine phase on the boundary of the attitude box, over the mission.
 
