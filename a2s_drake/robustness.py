@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 
+from a2s_drake.checks import refuse
+from a2s_drake.figures import LAW_LABELS
 from a2s_drake.flight import Flight
 from a2s_drake.metrics import compute_metrics, gain_percent
 from a2s_drake.scenario import Scenario
-
-_LAWS = ("three_axis", "level")
 
 _SINGLE: dict[str, list[str]] = {
     "gusts of 3 N across (1.5 s of every 5 s)": ["gust_force=[0, 3, 0]"],
@@ -38,29 +38,31 @@ def _key(disturbance: str, law: str) -> str:
 
 
 def robustness_scenarios(base: Scenario) -> dict[str, Scenario]:
-    """A base scenario under each of `DISTURBANCES`, with three axes and level.
+    """A base scenario under each of `DISTURBANCES`, with its own law and level.
 
     Raises:
-      ScenarioError: when one cannot be flown.
+      ScenarioError: when one cannot be flown, or the scenario's law is level, which leaves nothing to compare.
     """
+    if base.attitude_law.name == "level":
+        raise refuse("attitude_law.name", "level", "must be another law, which is then compared with level")
     return {
         _key(disturbance, law): base.with_overrides(
             [f"attitude_law.name={law}", *(f"disturbance.{setting}" for setting in settings)]
         ).validate()
         for disturbance, settings in DISTURBANCES.items()
-        for law in _LAWS
+        for law in (base.attitude_law.name, "level")
     }
 
 
-def robustness_table(flights: Mapping[str, Flight]) -> str:
-    """Tracking and throughput under each disturbance, as Markdown, from the flights of `robustness_scenarios`."""
+def robustness_table(flights: Mapping[str, Flight], law: str) -> str:
+    """Tracking and throughput of a law under each disturbance, as Markdown, from flights of `robustness_scenarios`."""
     lines = [
-        "| disturbance | three axes | over level, same disturbance | position error max, rms | attitude error rms: "
-        "roll, pitch, yaw | solver failures |",
+        f"| disturbance | {LAW_LABELS[law]} | over level, same disturbance | position error max, rms | attitude error "
+        "rms: roll, pitch, yaw | solver failures |",
         "|---|---|---|---|---|---|",
     ]
     for disturbance in DISTURBANCES:
-        flight, level = (flights[_key(disturbance, law)] for law in _LAWS)
+        flight, level = (flights[_key(disturbance, name)] for name in (law, "level"))
         metrics, gain = compute_metrics(flight), gain_percent(flight, level)
         farthest, usual = 100 * metrics["position_error_max_m"], 100 * metrics["position_error_rms_m"]
         turned = ", ".join(f"{angle:.2f}" for angle in metrics["attitude_error_rms_deg"])

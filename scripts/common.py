@@ -21,6 +21,7 @@ from a2s_drake.flight import Sample
 from a2s_drake.metrics import write_metrics
 from a2s_drake.planned.keep import kept_plan
 from a2s_drake.planned.plan import Progress
+from a2s_drake.planned.reference import PlannedReference
 from a2s_drake.planned.spline import AttitudeSpline
 from a2s_drake.replay import Scene, start_meshcat, write_replay
 from a2s_drake.store import FlightStore, code_digest, fly_kept
@@ -49,6 +50,7 @@ class Parser(argparse.ArgumentParser):
 
 def run(main: Callable[[], int]) -> NoReturn:
     """Ends the process with a script's exit code; 130 on an interrupt that the script does not handle itself."""
+    _show_warnings()
     try:
         code = main()
         sys.stdout.flush()
@@ -64,6 +66,12 @@ def run(main: Callable[[], int]) -> NoReturn:
         sys.stderr.flush()
         os._exit(code)
     sys.exit(code)
+
+
+def _show_warnings() -> None:
+    """Has each warning shown on one line of its own, without the code that it comes from."""
+    warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
+    warnings.simplefilter("always", UserWarning)
 
 
 def _are_stuck(threads: Iterable[threading.Thread]) -> bool:
@@ -99,6 +107,12 @@ def add_jobs_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="flights at a time (default: %(default)s)")
 
 
+def add_plan_argument(parser: argparse.ArgumentParser) -> None:
+    """Adds `[--plan-within S]`."""
+    help_text = "settle for the best plan found within S seconds (under the law planned)"
+    parser.add_argument("--plan-within", type=float, metavar="S", help=help_text)
+
+
 def _folder(text: str) -> Path:
     if not text:
         raise argparse.ArgumentTypeError("must name a folder")
@@ -119,9 +133,11 @@ def resolve_scenario(arguments: argparse.Namespace, overrides: list[str]) -> Sce
         raise UsageError(error) from error
 
 
-def plan_ahead(scenario: Scenario) -> AttitudeSpline | None:
+def plan_ahead(scenario: Scenario, time_limit: float | None = None) -> AttitudeSpline | None:
     """The plan of a scenario whose law is planned, made with a progress bar unless it is kept from before.
 
+    Args:
+      time_limit: wall-clock seconds after which the best plan so far will do.
     Raises:
       UsageError: when the vehicle cannot fly the path even level.
     """
@@ -134,7 +150,7 @@ def plan_ahead(scenario: Scenario) -> AttitudeSpline | None:
                 bar.set_postfix_str(f"{progress.phase}, {progress.throughput:.3f} bit/Hz")
                 bar.update()
 
-            return kept_plan(scenario, show)
+            return kept_plan(scenario, show, time_limit=time_limit)
     except ValueError as error:
         raise UsageError(error) from error
 
@@ -181,15 +197,21 @@ def check_file(path: Path, option: str) -> None:
         raise UsageError(f"{option} {path}: cannot be written")
 
 
-def fly(scenario: Scenario, row: int = 0, observer: Callable[[Sample], Any] | None = None) -> Flight:
+def fly(
+    scenario: Scenario,
+    row: int = 0,
+    observer: Callable[[Sample], Any] | None = None,
+    plan: AttitudeSpline | None = None,
+) -> Flight:
     """Flies a validated scenario in closed loop, with a progress bar in the given row of the terminal.
 
-    With an observer, which is called with each sample, it flies no faster than real time.
+    With an observer, which is called with each sample, it flies no faster than real time; with a plan, to that plan.
     """
     label = scenario.attitude_law.name
     with tqdm(total=len(scenario.sample_times()), desc=label, position=row, leave=False, disable=None) as bar:
         rate = 0.0 if observer is None else 1.0
-        diagram = build_closed_loop(scenario)
+        law = None if plan is None else PlannedReference(plan, scenario.airframe, scenario.mission, scenario.mpc)
+        diagram = build_closed_loop(scenario, law=law)
         return run_flight(diagram, scenario, bar.update, observer=observer, target_realtime_rate=rate)
 
 
@@ -202,14 +224,14 @@ def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> di
     """Flights by name; those flown before by the same code are taken from `folder`, and new ones kept there.
 
     Raises:
-      CampaignEnded: on an interrupt, on a flight that ends early, or when a worker or the disk fails.
+      CampaignEnded: on an interrupt, on a flight that ends early or cannot be planned, or when a worker or the disk
+        fails.
     """
     digest = code_digest(*(Path(module.__file__).parent for module in (a2s_drake, diagrams)))
     kept = f"flights done are kept in {folder}"
     try:
         with warnings.catch_warnings(), worker_processes(jobs) as workers:
-            warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
-            warnings.simplefilter("always")
+            _show_warnings()
             done = fly_kept(planned, fly_quietly, FlightStore(folder, digest), workers)
             return dict(tqdm(done, total=len(planned), unit="flight", disable=None))
     except KeyboardInterrupt:
@@ -220,6 +242,8 @@ def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> di
         raise CampaignEnded(f"{ended}; its samples are in {folder / 'ended'}, {kept}", code) from ended
     except (OSError, BrokenProcessPool) as failure:
         raise CampaignEnded(f"{failure}; {kept}", 1) from failure
+    except ScenarioError as refused:  # by the planner, which asks more of a scenario than its validation can
+        raise CampaignEnded(f"{refused}; {kept}", 2) from refused
 
 
 def fly_study(

@@ -1,6 +1,7 @@
 """Flies a scenario under each disturbance that the controller knows nothing of, and prints the table."""
 
 import sys
+from functools import partial
 from pathlib import Path
 
 from a2s_drake import ScenarioError
@@ -18,14 +19,17 @@ def main(argv: list[str] | None = None) -> int:
         common.refuse_law(arguments)
         common.refuse_disturbance(arguments)
         common.check_jobs(arguments.jobs)
-        scenarios = robustness_scenarios(common.resolve_scenario(arguments, []))
+        base = common.resolve_scenario(arguments, [])
+        scenarios = robustness_scenarios(base)
+        common.plan_ahead(base)  # Once, rather than in each worker.
         out = arguments.out or Path("results/robustness")
         for folder in (out, out / "flights"):
             common.make_folder(folder)
     except (common.UsageError, ScenarioError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    return common.fly_study(scenarios, out, arguments.jobs, robustness_table, "robustness.md")
+    tell = partial(robustness_table, law=base.attitude_law.name)
+    return common.fly_study(scenarios, out, arguments.jobs, tell, "robustness.md")
 
 
 if __name__ == "__main__":

@@ -1,11 +1,12 @@
 """Flies one scenario in closed loop and writes its scenario.yaml, flight.npz and metrics.json."""
 
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
-from a2s_drake import FlightEnded, FlightInterrupted, Scenario
+from a2s_drake import Flight, FlightEnded, FlightInterrupted
 from a2s_drake.parameters import EVERY_LAW
-from a2s_drake.replay import Scene
 from scripts import common
 
 
@@ -14,6 +15,7 @@ def main(argv: list[str] | None = None) -> int:
     parser = common.Parser(description=__doc__)
     common.add_scenario_arguments(parser, default="paper", out="results/SCENARIO/LAW")
     parser.add_argument("--law", choices=EVERY_LAW, help="the attitude law; wins over --set attitude_law.name=...")
+    common.add_plan_argument(parser)
     parser.add_argument("--csv", action="store_true", help="write the flight as flight.csv too")
     common.add_replay_argument(parser, "the flight")
     parser.add_argument("--meshcat", action="store_true", help="show the flight in a browser while it is flown")
@@ -21,23 +23,24 @@ def main(argv: list[str] | None = None) -> int:
         arguments = parser.parse_args(argv)
         law = [] if arguments.law is None else [f"attitude_law.name={arguments.law}"]
         scenario = common.resolve_scenario(arguments, law)
-        common.plan_ahead(scenario)
+        plan = common.plan_ahead(scenario, arguments.plan_within)
         folder = arguments.out or common.default_folder(arguments) / scenario.attitude_law.name
         common.make_folder(folder)
         view = common.open_live_view(scenario) if arguments.meshcat else None
     except common.UsageError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    code = fly_and_write(scenario, folder, view, csv=arguments.csv, replay=arguments.replay)
+    fly = partial(common.fly, scenario, observer=view and view.show, plan=plan)
+    code = fly_and_write(fly, folder, csv=arguments.csv, replay=arguments.replay)
     if view and code != 130:
         common.keep_serving()
     return code
 
 
-def fly_and_write(scenario: Scenario, folder: Path, view: Scene | None, **wanted: bool) -> int:
+def fly_and_write(fly: Callable[[], Flight], folder: Path, **wanted: bool) -> int:
     """Flies, writes and prints; returns the exit code."""
     try:
-        flight, ended = common.fly(scenario, 0, view and view.show), None
+        flight, ended = fly(), None
     except FlightEnded as early:
         flight, ended = early.flight, early
     try:

@@ -138,13 +138,14 @@ def test_report_has_a_row_for_each_and_names_the_worst() -> None:
     rates = {"level": 2.0, "nearest": 2.2, "zero": 2.4}
     planned = {"table_1": 3.0, "random_01": 2.3, "random_02": 2.6}
     outcomes = {name: outcome(made_up_mission(name, rates | {"planned": rate}), name) for name, rate in planned.items()}
-    table, *summaries = beyond_report(outcomes).split("\n\n")
+    missions, table, *summaries = beyond_report(outcomes).split("\n\n")
+    assert missions.splitlines()[2] == "| table_1 | nothing |"
     assert [line.split(" | ")[0].removeprefix("| ") for line in table.splitlines()[2:]] == list(planned)
     assert len({line.count("|") for line in table.splitlines()}) == 1
     assert "planned over level: +15.00 % (random_01)" in summaries[1]
     assert "better fallback: -4.17 % (random_01)" in summaries[1]
     assert summaries[2] == "Missions drawn at random:"
-    assert beyond_report({"table_1": outcomes["table_1"]}).count("\n\n") == 2
+    assert beyond_report({"table_1": outcomes["table_1"]}).count("\n\n") == 3
 
 
 def test_script_prints_the_report_and_says_where_it_is(tmp_path: Path, monkeypatch, capsys) -> None:

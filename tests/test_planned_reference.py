@@ -102,6 +102,13 @@ def test_a_plan_that_cannot_be_kept_is_flown_all_the_same(small: Scenario, tmp_p
         assert kept_plan(small, folder=tmp_path / "file").duration == 3.0
 
 
+def test_a_plan_cut_short_is_flown_but_not_kept(small: Scenario, tmp_path: Path) -> None:
+    with pytest.warns(UserWarning, match=r"cut short after 0 s with \+0.00 % over level: this plan is not kept"):
+        spline = kept_plan(small, folder=tmp_path, time_limit=0.0)
+    assert not spline.control.any()
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize(
     ("override", "same"),
     [
@@ -170,6 +177,15 @@ def test_a_planned_mission_needs_no_window_of_fringes() -> None:
 def test_simulate_plans_and_flies(tmp_path: Path, capsys) -> None:
     assert simulate.main(["planned", "--set", *SMALL, "--duration", "0.2", "--out", str(tmp_path)]) == 0
     assert capsys.readouterr().out.startswith("planned: ")
+
+
+def test_simulate_settles_for_the_best_plan_in_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    asked = ["planned", "--set", *SMALL, "--duration", "0.2", "--out", str(tmp_path), "--plan-within", "0"]
+    with pytest.warns(UserWarning, match="cut short"):
+        assert simulate.main(asked) == 0
+    assert not Flight.load(tmp_path).attitude_reference.any()
+    assert not (tmp_path / "cache").exists()
 
 
 def test_simulate_refuses_what_cannot_be_planned(tmp_path: Path, capsys) -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from a2s_drake import Scenario, run_flight
+from a2s_drake import Scenario, ScenarioError, run_flight
 from a2s_drake.robustness import DISTURBANCES, robustness_scenarios, robustness_table
 from diagrams import build_closed_loop, load_scenario
 from tests.flights import SAMPLES, made_up_flight
@@ -29,9 +29,16 @@ def test_table_has_a_row_for_each(scenario: Scenario) -> None:
         for name in robustness_scenarios(scenario)
         for law in [name.rsplit(", ", 1)[1]]
     }
-    lines = robustness_table(flights).splitlines()
+    lines = robustness_table(flights, "three_axis").splitlines()
     assert [line.split(" | ")[0].removeprefix("| ") for line in lines[2:]] == list(DISTURBANCES)
     assert all("+20.0 %" in line and "0.6 bit/Hz" in line for line in lines[2:])
+
+
+def test_a_scenarios_own_law_is_flown() -> None:
+    laws = {scenario.attitude_law.name for scenario in robustness_scenarios(load_scenario("planned")).values()}
+    assert laws == {"planned", "level"}
+    with pytest.raises(ScenarioError, match=r"attitude_law\.name = 'level': must be another law"):
+        robustness_scenarios(load_scenario("hover"))
 
 
 def documented_rows() -> dict[str, list[float]]:
@@ -57,7 +64,7 @@ def test_mission_holds_under_each_disturbance_as_documented(disturbance: str) ->
         law: run_flight(build_closed_loop(flown), flown)
         for law, flown in ((law, planned[f"{disturbance}, {law}"]) for law in ("three_axis", "level"))
     }
-    table = robustness_table({name: pair[name.rsplit(", ", 1)[1]] for name in planned})
+    table = robustness_table({name: pair[name.rsplit(", ", 1)[1]] for name in planned}, "three_axis")
     numbers = [float(text) for text in re.findall(r"[-+]?\d+\.?\d*", table.splitlines()[2].split(" | ", 1)[1])]
     # bit/Hz, %, cm and cm to one digit, degrees to two, and no failure: the last digit may round the other way.
     off = np.abs(np.subtract(numbers, documented_rows()[disturbance]))

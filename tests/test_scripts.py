@@ -131,7 +131,7 @@ def test_a_folder_that_cannot_be_made_is_refused_before_the_flight(script, scena
     [(FlightEnded("it broke", made_up_flight()), 1), (FlightInterrupted("stopped", made_up_flight()), 130)],
 )
 def test_a_flight_that_ends_early_keeps_its_log(ended, code: int, tmp_path: Path, capsys, monkeypatch) -> None:
-    def end(*_: object) -> None:
+    def end(*_: object, **__: object) -> None:
         raise ended
 
     monkeypatch.setattr(common, "fly", end)

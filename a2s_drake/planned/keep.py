@@ -41,15 +41,19 @@ def plan_file(scenario: Scenario, folder: Path | None = None) -> Path:
 
 
 def kept_plan(
-    scenario: Scenario, progress: Callable[[Progress], None] | None = None, folder: Path | None = None
+    scenario: Scenario,
+    progress: Callable[[Progress], None] | None = None,
+    folder: Path | None = None,
+    time_limit: float | None = None,
 ) -> AttitudeSpline:
     """The planned attitude of a scenario: the kept one, or one planned now and kept.
 
     Args:
       progress: as for `plan_attitude`; not called for a kept plan.
       folder: where to keep it; `plan_folder()` without it.
+      time_limit: as for `plan_attitude`; a plan that it cuts short is not kept.
     Raises:
-      ScenarioError: as `plan_attitude`. Warns where a kept plan is damaged, or a new one cannot be kept.
+      ScenarioError: as `plan_attitude`. Warns where a kept plan is damaged, a new one cannot be kept, or is cut short.
     """
     file = plan_file(scenario, folder)
     if file.exists():
@@ -58,7 +62,11 @@ def kept_plan(
                 return AttitudeSpline(float(archive["duration"]), archive["control"])
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
             warnings.warn(f"a kept plan is damaged and is made again: {file}: {error}", stacklevel=2)
-    plan = plan_attitude(scenario, progress)
+    plan = plan_attitude(scenario, progress, time_limit)
+    if plan.truncated:
+        words = f"planning was cut short after {time_limit:g} s with {plan.gain_percent:+.2f} % over level"
+        warnings.warn(f"{words}: this plan is not kept, and another run may make another", stacklevel=2)
+        return plan.spline
     try:
         _keep(plan, file)
     except OSError as error:
