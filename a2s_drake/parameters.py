@@ -131,7 +131,7 @@ class Planning:
     # Spacing of the spline's knots, s, and largest spacing of the instants at which the limits are imposed, s.
     knot_spacing: float = _number(0.1, at_least=1e-2, at_most=10.0)
     limit_spacing: float = _number(0.025, at_least=1e-3, at_most=10.0)
-    # What is left to the controller, which follows an undisturbed plan to 0.01 deg, of the lowest and highest rotor
+    # What is left to the controller, which follows an undisturbed plan to 0.05 deg, of the lowest and highest rotor
     # speed, Hz, and as a share of the largest Euler angle and of the largest body angular velocity.
     rotor_speed_min_margin: float = _number(0.5, at_least=0.0, at_most=1e4)
     rotor_speed_max_margin: float = _number(0.5, at_least=0.0, at_most=1e4)

@@ -1,4 +1,4 @@
-"""Flies the three laws over one scenario and prints them side by side, with two pictures."""
+"""Flies the paper's three laws and a scenario's own, and prints them side by side, with two pictures."""
 
 import sys
 
@@ -20,7 +20,10 @@ def main(argv: list[str] | None = None) -> int:
         folder = arguments.out or common.default_folder(arguments)
         common.refuse_law(arguments)
         common.check_jobs(arguments.jobs)
-        scenarios = {law: common.resolve_scenario(arguments, [f"attitude_law.name={law}"]) for law in LAWS}
+        own = common.resolve_scenario(arguments, [])
+        laws = tuple(dict.fromkeys((*LAWS, own.attitude_law.name)))
+        scenarios = {law: common.resolve_scenario(arguments, [f"attitude_law.name={law}"]) for law in laws}
+        common.plan_ahead(own)
         common.make_folder(folder)
     except common.UsageError as error:
         print(f"error: {error}", file=sys.stderr)
@@ -37,7 +40,7 @@ def main(argv: list[str] | None = None) -> int:
         kept = ", ".join(done) or "none"
         print(f"error: {str(ended) or 'interrupted'}; flown to the end and kept in {folder}: {kept}", file=sys.stderr)
         return 1 if isinstance(ended, FlightEnded) else 130
-    flights = {law: done[law] for law in LAWS}
+    flights = {law: done[law] for law in laws}
     save_figure(channel_gain_figure(flights), folder / "channel_gain")
     save_figure(attitude_figure(flights["three_axis"]), folder / "attitude")
     print(comparison_table(flights))

@@ -22,6 +22,11 @@ CEILINGS = [
     {"name": "not shown", "kind": "other", "law": "level", "gain_percent": 1.0, "share": 0.02},
     {"name": "flown", "kind": "flown", "law": "pitch_only", "gain_percent": 31.0, "share": 0.68},
 ]
+STEPS = [
+    {"law": law, "effect": effect, "attitude": "the best", "gain_percent": gain, "cost": cost}
+    for law in ("three_axis", "planned")
+    for effect, gain, cost in (("", 45.0, 0.0), ("rate", 41.0, 4.0), ("tracking", 41.5, -0.5), ("position", 41.5, 0.04))
+]
 ALL = {
     "geometry": figures.geometry_figure,
     "trajectory": lambda: figures.trajectory_figure(FLIGHTS["three_axis"]),
@@ -36,6 +41,7 @@ ALL = {
     "rotor_speed": lambda: figures.rotor_speed_figure(FLIGHTS["three_axis"]),
     "readings": lambda: figures.readings_figure(ROWS, {"over_level": 22.2, "over_pitch_only": 11.4}),
     "ceiling": lambda: figures.ceiling_figure({"paper": CEILINGS, "paper_calibrated": CEILINGS}),
+    "attribution": lambda: figures.attribution_figure(STEPS),
     "affine_error": lambda: figures.affine_error_figure(np.arange(3.0), np.ones((3, 26))),
 }
 
@@ -135,3 +141,13 @@ def test_ceiling_states_shares() -> None:
     assert [label.get_text() for label in axes.get_yticklabels()] == ["best", "pitch only flown"]
     texts = [text.get_text() for text in axes.texts]
     assert texts == ["45.6 % (100 %)", "31.0 % (68 %)"]
+
+
+def test_attribution_states_what_is_left_and_what_it_cost() -> None:
+    figure = ALL["attribution"]()
+    assert [axes.get_title() for axes in figure.axes] == ["three axes", "planned"]
+    axes = figure.axes[1]
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["the best", "rate", "tracking", "position"]
+    texts = [text.get_text() for text in axes.texts]
+    assert texts == ["45.0 %", "41.0 % (-4.0)", "41.5 % (+0.5)", "41.5 % (+0.0)"]
+    assert all(text.get_position()[0] < 0.7 * axes.get_xlim()[1] for text in axes.texts)

@@ -25,7 +25,8 @@ EVERY_INLINE_COMMAND = list(dict.fromkeys(command for page in PAGES for command 
 # The suite cannot run itself; these are what .ci/run calls. `make clean` has a test of its own.
 NOT_TYPED = ("make test", "make test-slow", "make clean")
 LONG = ("make run", "make reproduce", "make robustness", "make bench")
-LONG += ("scripts/reproduce.py", "scripts/benchmark.py", "results/mine", "simulate.py planned")
+LONG += ("scripts/reproduce.py", "scripts/benchmark.py", "results/mine", "simulate.py planned", "compare.py planned")
+LONG += ("scripts/robustness.py",)
 
 
 def marked(block: CodeBlock) -> object:

@@ -150,6 +150,14 @@ def test_compare_flies_three_laws_and_draws_two_pictures(tmp_path: Path, capsys)
     assert [line.split()[0] for line in lines[3:6]] == ["three_axis", "pitch_only", "level"]
 
 
+def test_compare_flies_a_scenarios_own_law_too(tmp_path: Path, capsys) -> None:
+    small = ["mission.duration=3.0", "mission.radius=0.05", "planning.ipopt_iterations=0"]
+    assert compare.main(["planned", "--set", *small, "--duration", "0.2", "--out", str(tmp_path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[3:7]] == ["three_axis", "pitch_only", "level", "planned"]
+    assert Flight.load(tmp_path / "planned").scenario.attitude_law.name == "planned"
+
+
 def test_an_early_end_can_leave_a_worker_process() -> None:
     ended = pickle.loads(pickle.dumps(FlightInterrupted("stopped", made_up_flight())))
     assert str(ended) == "stopped"

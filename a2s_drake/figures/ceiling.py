@@ -65,7 +65,8 @@ def attribution_figure(steps: Sequence[Mapping[str, Any]]) -> Figure:
             left, lost = step["gain_percent"], step["cost"]
             axes.barh(-place, left, height=0.62, facecolor=colour, edgecolor=colour, linewidth=0.7, alpha=0.75)
             axes.barh(-place, lost, left=left, height=0.62, facecolor="white", edgecolor=colour, hatch="////", lw=0.7)
-            text = f"{left:.1f} %" if place == 0 else f"{left:.1f} % ({-lost:+.1f})"
+            # Adding zero takes the sign off a loss that rounds to nothing.
+            text = f"{left:.1f} %" if place == 0 else f"{left:.1f} % ({0.0 + round(-lost, 1):+.1f})"
             axes.text(left + max(lost, 0.0) + 0.7, -place, text, va="center", fontsize=6.5)
         labels = [step["effect"] or step["attitude"] for step in entries]
         axes.set_yticks(-np.arange(len(entries)), labels, fontsize=6.5)
@@ -73,7 +74,7 @@ def attribution_figure(steps: Sequence[Mapping[str, Any]]) -> Figure:
         axes.set_axisbelow(True)
         axes.grid(axis="y", visible=False)
         axes.set_title(LAW_LABELS[law], pad=3)
-    panels[-1].set_xlim(0.0, 1.4 * max(step["gain_percent"] for step in steps))
+    panels[-1].set_xlim(0.0, 1.6 * max(step["gain_percent"] for step in steps))
     panels[-1].set_xlabel("throughput gain over level (%)")
     return figure
 

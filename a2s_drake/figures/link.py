@@ -19,7 +19,7 @@ def channel_gain_figure(flights: Mapping[str, Flight]) -> Figure:
         axes.plot(flight.time, 10.0 * np.log10(flight.channel_gain), label=LAW_LABELS[law], **LAW_STYLES[law])
     axes.set_xlabel("time (s)")
     axes.set_ylabel("channel gain $|g|^2$ (dB)")
-    legend_above(figure, axes, 3)
+    legend_above(figure, axes, len(flights))
     return figure
 
 
@@ -36,5 +36,5 @@ def outage_figure(flights: Mapping[str, Flight]) -> Figure:
     axes.set_xlabel("SNR threshold (dB)")
     axes.set_ylabel("share of time below")
     axes.set_ylim(0.0, 1.0)
-    legend_above(figure, axes, 3)
+    legend_above(figure, axes, len(flights))
     return figure
