@@ -14,7 +14,7 @@ from a2s_drake.figures import save_figure
 from a2s_drake.files import written_whole
 from a2s_drake.packages import is_installed
 from diagrams import build_closed_loop
-from scripts import common
+from scripts import common, flying
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -42,7 +42,7 @@ def main(argv: list[str] | None = None) -> int:
         summary, growths = benchmark.run(lambda name, n: tqdm(total=n, desc=name, leave=False, disable=None).update)
     except (FlightEnded, KeyboardInterrupt) as ended:
         if isinstance(ended, FlightEnded):
-            common.write_results(ended.flight, folder / "ended")
+            flying.write_results(ended.flight, folder / "ended")
         print(f"error: {str(ended) or 'interrupted'}", file=sys.stderr)
         return 130 if isinstance(ended, FlightInterrupted | KeyboardInterrupt) else 1
     print(benchmark_text(summary))

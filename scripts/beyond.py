@@ -6,7 +6,7 @@ from pathlib import Path
 import diagrams
 from a2s_drake import Flight, ScenarioError
 from a2s_drake.beyond import PAPER, PLANNED, beyond_report, beyond_scenarios, other_missions, outcome
-from scripts import common
+from scripts import common, flying
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -38,7 +38,7 @@ def main(argv: list[str] | None = None) -> int:
     def tell(flights: dict[str, Flight]) -> str:
         return beyond_report({name: outcome(flights, name) for name in missions})
 
-    return common.fly_study(scenarios, out, arguments.jobs, tell, "beyond.md")
+    return flying.fly_study(scenarios, out, arguments.jobs, tell, "beyond.md")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What the scripts share: their command line, flying a scenario, writing its results."""
+"""What the scripts share: their command line, and how they end."""
 
 import argparse
 import contextlib
@@ -6,38 +6,17 @@ import os
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
-from tqdm import tqdm
-
-import a2s_drake
-import diagrams
-from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, ScenarioError, compute_metrics, run_flight
-from a2s_drake.campaign import worker_processes
-from a2s_drake.flight import Sample
-from a2s_drake.metrics import write_metrics
-from a2s_drake.planned.keep import kept_plan
-from a2s_drake.planned.plan import Progress
-from a2s_drake.planned.reference import PlannedReference
-from a2s_drake.planned.spline import AttitudeSpline
-from a2s_drake.replay import Scene, start_meshcat, write_replay
-from a2s_drake.store import FlightStore, code_digest, fly_kept
-from diagrams import build_closed_loop, load_scenario
+from a2s_drake import Scenario, ScenarioError
+from a2s_drake.replay import Scene, start_meshcat
+from diagrams import load_scenario
 
 
 class UsageError(Exception):
     """Input that cannot be worked with; a script prints its one line and returns 2."""
-
-
-class CampaignEnded(Exception):
-    """A campaign that ended early: its one line, and the script's exit code."""
-
-    def __init__(self, message: str, code: int) -> None:
-        super().__init__(message)
-        self.code = code
 
 
 class Parser(argparse.ArgumentParser):
@@ -50,7 +29,7 @@ class Parser(argparse.ArgumentParser):
 
 def run(main: Callable[[], int]) -> NoReturn:
     """Ends the process with a script's exit code; 130 on an interrupt that the script does not handle itself."""
-    _show_warnings()
+    show_warnings()
     try:
         code = main()
         sys.stdout.flush()
@@ -68,7 +47,7 @@ def run(main: Callable[[], int]) -> NoReturn:
     sys.exit(code)
 
 
-def _show_warnings() -> None:
+def show_warnings() -> None:
     """Has each warning shown on one line of its own, without the code that it comes from."""
     warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
     warnings.simplefilter("always", UserWarning)
@@ -133,28 +112,6 @@ def resolve_scenario(arguments: argparse.Namespace, overrides: list[str]) -> Sce
         raise UsageError(error) from error
 
 
-def plan_ahead(scenario: Scenario, time_limit: float | None = None) -> AttitudeSpline | None:
-    """The plan of a scenario whose law is planned, made with a progress bar unless it is kept from before.
-
-    Args:
-      time_limit: wall-clock seconds after which the best plan so far will do.
-    Raises:
-      UsageError: when the vehicle cannot fly the path even level.
-    """
-    if scenario.attitude_law.name != "planned":
-        return None
-    try:
-        with tqdm(desc="planning", unit=" steps", leave=False, disable=None) as bar:
-
-            def show(progress: Progress) -> None:
-                bar.set_postfix_str(f"{progress.phase}, {progress.throughput:.3f} bit/Hz")
-                bar.update()
-
-            return kept_plan(scenario, show, time_limit=time_limit)
-    except ValueError as error:
-        raise UsageError(error) from error
-
-
 def refuse_law(arguments: argparse.Namespace) -> None:
     """Raises UsageError where `--set` names a law for a script that flies several."""
     if any(text.startswith("attitude_law.name=") for text in arguments.set):
@@ -197,71 +154,6 @@ def check_file(path: Path, option: str) -> None:
         raise UsageError(f"{option} {path}: cannot be written")
 
 
-def fly(
-    scenario: Scenario,
-    row: int = 0,
-    observer: Callable[[Sample], Any] | None = None,
-    plan: AttitudeSpline | None = None,
-) -> Flight:
-    """Flies a validated scenario in closed loop, with a progress bar in the given row of the terminal.
-
-    With an observer, which is called with each sample, it flies no faster than real time; with a plan, to that plan.
-    """
-    label = scenario.attitude_law.name
-    with tqdm(total=len(scenario.sample_times()), desc=label, position=row, leave=False, disable=None) as bar:
-        rate = 0.0 if observer is None else 1.0
-        law = None if plan is None else PlannedReference(plan, scenario.airframe, scenario.mission, scenario.mpc)
-        diagram = build_closed_loop(scenario, law=law)
-        return run_flight(diagram, scenario, bar.update, observer=observer, target_realtime_rate=rate)
-
-
-def fly_quietly(scenario: Scenario, _place: int) -> Flight:
-    """Flies a validated scenario in closed loop, without a progress bar of its own."""
-    return run_flight(build_closed_loop(scenario), scenario)
-
-
-def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> dict[str, Flight]:
-    """Flights by name; those flown before by the same code are taken from `folder`, and new ones kept there.
-
-    Raises:
-      CampaignEnded: on an interrupt, on a flight that ends early or cannot be planned, or when a worker or the disk
-        fails.
-    """
-    digest = code_digest(*(Path(module.__file__).parent for module in (a2s_drake, diagrams)))
-    kept = f"flights done are kept in {folder}"
-    try:
-        with warnings.catch_warnings(), worker_processes(jobs) as workers:
-            _show_warnings()
-            done = fly_kept(planned, fly_quietly, FlightStore(folder, digest), workers)
-            return dict(tqdm(done, total=len(planned), unit="flight", disable=None))
-    except KeyboardInterrupt:
-        raise CampaignEnded(f"interrupted; {kept}", 130) from None
-    except FlightEnded as ended:
-        write_results(ended.flight, folder / "ended")
-        code = 130 if isinstance(ended, FlightInterrupted) else 1
-        raise CampaignEnded(f"{ended}; its samples are in {folder / 'ended'}, {kept}", code) from ended
-    except (OSError, BrokenProcessPool) as failure:
-        raise CampaignEnded(f"{failure}; {kept}", 1) from failure
-    except ScenarioError as refused:  # by the planner, which asks more of a scenario than its validation can
-        raise CampaignEnded(f"{refused}; {kept}", 2) from refused
-
-
-def fly_study(
-    planned: Mapping[str, Scenario], out: Path, jobs: int, tell: Callable[[dict[str, Flight]], str], file: str
-) -> int:
-    """Flies a study, prints what `tell` makes of its flights, and writes that to a file in `out`; the exit code."""
-    try:
-        flights = fly_campaign(planned, out / "flights", jobs)
-    except CampaignEnded as ended:
-        print(f"error: {ended}", file=sys.stderr)
-        return ended.code
-    report = tell(flights)
-    (out / file).write_text(report + "\n", encoding="utf-8")
-    print(report)
-    print(f"\n{file} and the flights are in {out}")
-    return 0
-
-
 def check_jobs(jobs: int) -> None:
     """Raises UsageError unless there is at least one flight at a time."""
     if jobs < 1:
@@ -271,35 +163,6 @@ def check_jobs(jobs: int) -> None:
 def add_replay_argument(parser: argparse.ArgumentParser, shown: str) -> None:
     """Adds `[--replay]`."""
     parser.add_argument("--replay", action="store_true", help=f"also write replay.html, which shows {shown} in motion")
-
-
-def write_results(flight: Flight, folder: Path, *, csv: bool = False, replay: bool = False) -> None:
-    """Writes scenario.yaml, flight.npz and, where there is a sample to measure, metrics.json; on request the others.
-
-    What is there of an earlier flight goes, so that all in the folder is of one.
-
-    Raises:
-      OSError: when the disk refuses, or the replay cannot be made.
-    """
-    for name in ("metrics.json", "flight.csv", "replay.html"):
-        (folder / name).unlink(missing_ok=True)
-    flight.save(folder)
-    if csv:
-        flight.save_csv(folder / "flight.csv")
-    if len(flight.time):
-        write_metrics(flight, folder)
-        if replay:
-            write_replay(flight, folder / "replay.html")
-
-
-def summary(flight: Flight) -> str:
-    """A flight in one line."""
-    metrics = compute_metrics(flight)
-    return (
-        f"{metrics['law']}: {metrics['throughput_bit_per_hz']:.3f} bit/Hz over {flight.time[-1]:.2f} s, "
-        f"position error at most {100 * metrics['position_error_max_m']:.1f} cm, {metrics['solver']['failures']} "
-        f"solver failures, {metrics['real_time_factor']:.2g} times real time"
-    )
 
 
 def open_live_view(scenario: Scenario) -> Scene:

@@ -7,7 +7,7 @@ from a2s_drake.campaign import fly_each, worker_processes
 from a2s_drake.comparison import comparison_table
 from a2s_drake.figures import attitude_figure, channel_gain_figure, save_figure
 from a2s_drake.parameters import LAWS
-from scripts import common
+from scripts import common, flying
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -23,7 +23,7 @@ def main(argv: list[str] | None = None) -> int:
         own = common.resolve_scenario(arguments, [])
         laws = tuple(dict.fromkeys((*LAWS, own.attitude_law.name)))
         scenarios = {law: common.resolve_scenario(arguments, [f"attitude_law.name={law}"]) for law in laws}
-        common.plan_ahead(own)
+        flying.plan_ahead(own)
         common.make_folder(folder)
     except common.UsageError as error:
         print(f"error: {error}", file=sys.stderr)
@@ -31,12 +31,12 @@ def main(argv: list[str] | None = None) -> int:
     done = {}
     try:
         with worker_processes(arguments.jobs) as workers:
-            for law, flight in fly_each(scenarios, common.fly, workers):
+            for law, flight in fly_each(scenarios, flying.fly, workers):
                 done[law] = flight
-                common.write_results(flight, folder / law)
+                flying.write_results(flight, folder / law)
     except (FlightEnded, KeyboardInterrupt) as ended:
         if isinstance(ended, FlightEnded):
-            common.write_results(ended.flight, folder / ended.flight.scenario.attitude_law.name)
+            flying.write_results(ended.flight, folder / ended.flight.scenario.attitude_law.name)
         kept = ", ".join(done) or "none"
         print(f"error: {str(ended) or 'interrupted'}; flown to the end and kept in {folder}: {kept}", file=sys.stderr)
         return 1 if isinstance(ended, FlightEnded) else 130

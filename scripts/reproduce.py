@@ -8,7 +8,7 @@ from a2s_drake.attribution import without_rate_bound
 from a2s_drake.publish import publish
 from a2s_drake.replay import write_replay
 from a2s_drake.reproduction import HEADLINE, PRINTED, headline_flights, planned_flights
-from scripts import common
+from scripts import common, flying
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -30,11 +30,11 @@ def main(argv: list[str] | None = None) -> int:
     bases = {name: diagrams.load_scenario(name) for name in (HEADLINE, PRINTED)}
     planned = planned_flights(bases, quick=arguments.quick)
     try:
-        flights = common.fly_campaign(planned, out / "flights", arguments.jobs)
-    except common.CampaignEnded as ended:
+        flights = flying.fly_campaign(planned, out / "flights", arguments.jobs)
+    except flying.CampaignEnded as ended:
         print(f"error: {ended}", file=sys.stderr)
         return ended.code
-    unbounded = None if arguments.quick else common.plan_ahead(without_rate_bound(bases[PRINTED]))
+    unbounded = None if arguments.quick else flying.plan_ahead(without_rate_bound(bases[PRINTED]))
     results = publish(bases, flights, out, unbounded)
     gains = results["headline"]["gain_percent"]
     print(f"three axes over level {gains['over_level']:+.2f} %, over pitch only {gains['over_pitch_only']:+.2f} %")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from a2s_drake import ScenarioError
 from a2s_drake.robustness import robustness_scenarios, robustness_table
-from scripts import common
+from scripts import common, flying
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -21,7 +21,7 @@ def main(argv: list[str] | None = None) -> int:
         common.check_jobs(arguments.jobs)
         base = common.resolve_scenario(arguments, [])
         scenarios = robustness_scenarios(base)
-        common.plan_ahead(base)  # Once, rather than in each worker.
+        flying.plan_ahead(base)  # Once, rather than in each worker.
         out = arguments.out or Path("results/robustness")
         for folder in (out, out / "flights"):
             common.make_folder(folder)
@@ -29,7 +29,7 @@ def main(argv: list[str] | None = None) -> int:
         print(f"error: {error}", file=sys.stderr)
         return 2
     tell = partial(robustness_table, law=base.attitude_law.name)
-    return common.fly_study(scenarios, out, arguments.jobs, tell, "robustness.md")
+    return flying.fly_study(scenarios, out, arguments.jobs, tell, "robustness.md")
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from a2s_drake import Flight, FlightEnded, FlightInterrupted
 from a2s_drake.parameters import EVERY_LAW
-from scripts import common
+from scripts import common, flying
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -23,14 +23,14 @@ def main(argv: list[str] | None = None) -> int:
         arguments = parser.parse_args(argv)
         law = [] if arguments.law is None else [f"attitude_law.name={arguments.law}"]
         scenario = common.resolve_scenario(arguments, law)
-        plan = common.plan_ahead(scenario, arguments.plan_within)
+        plan = flying.plan_ahead(scenario, arguments.plan_within)
         folder = arguments.out or common.default_folder(arguments) / scenario.attitude_law.name
         common.make_folder(folder)
         view = common.open_live_view(scenario) if arguments.meshcat else None
     except common.UsageError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    fly = partial(common.fly, scenario, observer=view and view.show, plan=plan)
+    fly = partial(flying.fly, scenario, observer=view and view.show, plan=plan)
     code = fly_and_write(fly, folder, csv=arguments.csv, replay=arguments.replay)
     if view and code != 130:
         common.keep_serving()
@@ -44,14 +44,14 @@ def fly_and_write(fly: Callable[[], Flight], folder: Path, **wanted: bool) -> in
     except FlightEnded as early:
         flight, ended = early.flight, early
     try:
-        common.write_results(flight, folder, **wanted)
+        flying.write_results(flight, folder, **wanted)
     except OSError as failure:
         print(f"error: {failure}", file=sys.stderr)
         return 1
     if ended:
         print(f"error: {ended}; its {len(flight.time)} samples are in {folder}", file=sys.stderr)
         return 130 if isinstance(ended, FlightInterrupted) else 1
-    print(common.summary(flight))
+    print(flying.summary(flight))
     print(f"written to {folder}" + (f"; to watch it, open {folder / 'replay.html'}" if wanted["replay"] else ""))
     return 0
 

@@ -19,7 +19,7 @@ from a2s_drake.beyond import (
 from a2s_drake.ceiling import throughput_of
 from a2s_drake.parameters import Link
 from diagrams import load_scenario
-from scripts import beyond, common
+from scripts import beyond, flying
 from tests.flights import SAMPLES, made_up_flight
 
 FLIGHTS = ("level", "nearest", "zero", "planned")
@@ -155,8 +155,8 @@ def test_script_prints_the_report_and_says_where_it_is(tmp_path: Path, monkeypat
         flown.append(scenario.attitude_law.name)
         return replace(made_up_flight(), scenario=scenario)
 
-    monkeypatch.setattr(common, "fly_quietly", fly)
-    monkeypatch.setattr(common, "worker_processes", ThreadPoolExecutor)
+    monkeypatch.setattr(flying, "fly_quietly", fly)
+    monkeypatch.setattr(flying, "worker_processes", ThreadPoolExecutor)
     assert beyond.main(["radius_1", "--jobs", "1", "--out", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     assert (tmp_path / "beyond.md").read_text() in printed + "\n"

@@ -16,7 +16,7 @@ from a2s_drake.flight import array_names
 from a2s_drake.replay import recording, start_meshcat, write_replay
 from a2s_drake.replay.recording import shown_frames
 from diagrams import build_link_only, load_scenario
-from scripts import common, simulate
+from scripts import common, flying, simulate
 from tests.flights import made_up_flight
 
 SHORT = ["--duration", "0.2", "--set", "mpc.horizon=8"]
@@ -140,10 +140,10 @@ def test_simulate_watched_gives_the_same_flight(tmp_path: Path, capsys) -> None:
 
 
 def test_a_flight_that_ends_early_keeps_its_replay(tmp_path: Path, monkeypatch) -> None:
-    def end(*_: object) -> None:
+    def end(*_: object, **__: object) -> None:
         raise FlightEnded("it broke", made_up_flight())
 
-    monkeypatch.setattr(common, "fly", end)
+    monkeypatch.setattr(flying, "fly", end)
     assert simulate.main(["paper", "--replay", "--out", str(tmp_path)]) == 1
     assert (tmp_path / "replay.html").exists()
 

@@ -13,7 +13,7 @@ from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, run_flig
 from a2s_drake.flight import array_names
 from a2s_drake.robustness import DISTURBANCES
 from diagrams import build_link_only
-from scripts import common, compare, reproduce, robustness, simulate
+from scripts import compare, flying, reproduce, robustness, simulate
 from tests.flights import made_up_flight
 from tests.test_reproduction import made_up
 
@@ -134,7 +134,7 @@ def test_a_flight_that_ends_early_keeps_its_log(ended, code: int, tmp_path: Path
     def end(*_: object, **__: object) -> None:
         raise ended
 
-    monkeypatch.setattr(common, "fly", end)
+    monkeypatch.setattr(flying, "fly", end)
     assert simulate.main(["paper", "--out", str(tmp_path)]) == code
     assert len(Flight.load(tmp_path).time) == 5
     assert str(ended) in capsys.readouterr().err
@@ -178,8 +178,8 @@ def reproducing(monkeypatch):
         }
         return dataclasses.replace(flight, **arrays | {"time": scenario.sample_times()})
 
-    monkeypatch.setattr(common, "fly_quietly", fly)
-    monkeypatch.setattr(common, "worker_processes", ThreadPoolExecutor)
+    monkeypatch.setattr(flying, "fly_quietly", fly)
+    monkeypatch.setattr(flying, "worker_processes", ThreadPoolExecutor)
     return flown
 
 
@@ -230,10 +230,10 @@ def test_reproduce_without_a_replay_still_reports(tmp_path: Path, monkeypatch, c
 
 
 def test_a_folder_holds_files_of_one_flight_alone(tmp_path: Path) -> None:
-    common.write_results(made_up_flight(), tmp_path, csv=True)
+    flying.write_results(made_up_flight(), tmp_path, csv=True)
     assert {path.name for path in tmp_path.iterdir()} == {"scenario.yaml", "flight.npz", "metrics.json", "flight.csv"}
     empty = {name: getattr(made_up_flight(), name)[:0] for name in array_names()}
-    common.write_results(made_up_flight(**empty), tmp_path)
+    flying.write_results(made_up_flight(**empty), tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"scenario.yaml", "flight.npz"}
 
 
@@ -251,7 +251,7 @@ def test_reproduce_flies_a_damaged_flight_again_and_names_it(reproducing: list[s
 def test_an_interrupted_reproduction_keeps_its_flights(
     reproducing: list[str], tmp_path: Path, monkeypatch, capsys
 ) -> None:
-    fly, calls = common.fly_quietly, []
+    fly, calls = flying.fly_quietly, []
 
     def interrupted(scenario: Scenario, place: int) -> Flight:
         calls.append(place)
@@ -259,13 +259,13 @@ def test_an_interrupted_reproduction_keeps_its_flights(
             raise KeyboardInterrupt
         return fly(scenario, place)
 
-    monkeypatch.setattr(common, "fly_quietly", interrupted)
+    monkeypatch.setattr(flying, "fly_quietly", interrupted)
     assert reproduce.main(["--quick", "--jobs", "1", "--out", str(tmp_path)]) == 130
     assert "interrupted; flights done are kept" in capsys.readouterr().err
     kept = list((tmp_path / "flights").iterdir())
     assert len(kept) == 2
     assert all(len(Flight.load(place).time) == 2001 for place in kept)
-    monkeypatch.setattr(common, "fly_quietly", fly)
+    monkeypatch.setattr(flying, "fly_quietly", fly)
     reproducing.clear()
     assert reproduce.main(["--quick", "--out", str(tmp_path)]) == 0
     assert len(reproducing) == 1
@@ -283,8 +283,8 @@ def test_robustness_prints_the_table_and_says_where_it_is(tmp_path: Path, monkey
         flown.append(scenario.to_yaml())
         return run_flight(build_link_only(scenario), scenario)
 
-    monkeypatch.setattr(common, "fly_quietly", fly)
-    monkeypatch.setattr(common, "worker_processes", ThreadPoolExecutor)
+    monkeypatch.setattr(flying, "fly_quietly", fly)
+    monkeypatch.setattr(flying, "worker_processes", ThreadPoolExecutor)
     assert robustness.main(["--duration", "0.1", "--jobs", "1", "--out", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     assert (tmp_path / "robustness.md").read_text() in printed + "\n"

@@ -1,0 +1,149 @@
+"""Flying for the scripts: plans, one flight or many, and what is written of them."""
+
+import sys
+import warnings
+from collections.abc import Callable, Mapping
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+import a2s_drake
+import diagrams
+from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, ScenarioError, compute_metrics, run_flight
+from a2s_drake.campaign import worker_processes
+from a2s_drake.flight import Sample
+from a2s_drake.metrics import write_metrics
+from a2s_drake.planned.keep import kept_plan
+from a2s_drake.planned.plan import Progress
+from a2s_drake.planned.reference import PlannedReference
+from a2s_drake.planned.spline import AttitudeSpline
+from a2s_drake.replay import write_replay
+from a2s_drake.store import FlightStore, code_digest, fly_kept
+from diagrams import build_closed_loop
+from scripts.common import UsageError, show_warnings
+
+
+class CampaignEnded(Exception):
+    """A campaign that ended early: its one line, and the script's exit code."""
+
+    def __init__(self, message: str, code: int) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+def plan_ahead(scenario: Scenario, time_limit: float | None = None) -> AttitudeSpline | None:
+    """The plan of a scenario whose law is planned, made with a progress bar unless it is kept from before.
+
+    Args:
+      time_limit: wall-clock seconds after which the best plan so far will do.
+    Raises:
+      UsageError: when the vehicle cannot fly the path even level.
+    """
+    if scenario.attitude_law.name != "planned":
+        return None
+    try:
+        with tqdm(desc="planning", unit=" steps", leave=False, disable=None) as bar:
+
+            def show(progress: Progress) -> None:
+                bar.set_postfix_str(f"{progress.phase}, {progress.throughput:.3f} bit/Hz")
+                bar.update()
+
+            return kept_plan(scenario, show, time_limit=time_limit)
+    except ValueError as error:
+        raise UsageError(error) from error
+
+
+def fly(
+    scenario: Scenario,
+    row: int = 0,
+    observer: Callable[[Sample], Any] | None = None,
+    plan: AttitudeSpline | None = None,
+) -> Flight:
+    """Flies a validated scenario in closed loop, with a progress bar in the given row of the terminal.
+
+    With an observer, which is called with each sample, it flies no faster than real time; with a plan, to that plan.
+    """
+    label = scenario.attitude_law.name
+    with tqdm(total=len(scenario.sample_times()), desc=label, position=row, leave=False, disable=None) as bar:
+        rate = 0.0 if observer is None else 1.0
+        law = None if plan is None else PlannedReference(plan, scenario.airframe, scenario.mission, scenario.mpc)
+        diagram = build_closed_loop(scenario, law=law)
+        return run_flight(diagram, scenario, bar.update, observer=observer, target_realtime_rate=rate)
+
+
+def fly_quietly(scenario: Scenario, _place: int) -> Flight:
+    """Flies a validated scenario in closed loop, without a progress bar of its own."""
+    return run_flight(build_closed_loop(scenario), scenario)
+
+
+def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> dict[str, Flight]:
+    """Flights by name; those flown before by the same code are taken from `folder`, and new ones kept there.
+
+    Raises:
+      CampaignEnded: on an interrupt, on a flight that ends early or cannot be planned, or when a worker or the disk
+        fails.
+    """
+    digest = code_digest(*(Path(module.__file__).parent for module in (a2s_drake, diagrams)))
+    kept = f"flights done are kept in {folder}"
+    try:
+        with warnings.catch_warnings(), worker_processes(jobs) as workers:
+            show_warnings()
+            done = fly_kept(planned, fly_quietly, FlightStore(folder, digest), workers)
+            return dict(tqdm(done, total=len(planned), unit="flight", disable=None))
+    except KeyboardInterrupt:
+        raise CampaignEnded(f"interrupted; {kept}", 130) from None
+    except FlightEnded as ended:
+        write_results(ended.flight, folder / "ended")
+        code = 130 if isinstance(ended, FlightInterrupted) else 1
+        raise CampaignEnded(f"{ended}; its samples are in {folder / 'ended'}, {kept}", code) from ended
+    except (OSError, BrokenProcessPool) as failure:
+        raise CampaignEnded(f"{failure}; {kept}", 1) from failure
+    except ScenarioError as refused:  # by the planner, which asks more of a scenario than its validation can
+        raise CampaignEnded(f"{refused}; {kept}", 2) from refused
+
+
+def fly_study(
+    planned: Mapping[str, Scenario], out: Path, jobs: int, tell: Callable[[dict[str, Flight]], str], file: str
+) -> int:
+    """Flies a study, prints what `tell` makes of its flights, and writes that to a file in `out`; the exit code."""
+    try:
+        flights = fly_campaign(planned, out / "flights", jobs)
+    except CampaignEnded as ended:
+        print(f"error: {ended}", file=sys.stderr)
+        return ended.code
+    report = tell(flights)
+    (out / file).write_text(report + "\n", encoding="utf-8")
+    print(report)
+    print(f"\n{file} and the flights are in {out}")
+    return 0
+
+
+def write_results(flight: Flight, folder: Path, *, csv: bool = False, replay: bool = False) -> None:
+    """Writes scenario.yaml, flight.npz and, where there is a sample to measure, metrics.json; on request the others.
+
+    What is there of an earlier flight goes, so that all in the folder is of one.
+
+    Raises:
+      OSError: when the disk refuses, or the replay cannot be made.
+    """
+    for name in ("metrics.json", "flight.csv", "replay.html"):
+        (folder / name).unlink(missing_ok=True)
+    flight.save(folder)
+    if csv:
+        flight.save_csv(folder / "flight.csv")
+    if len(flight.time):
+        write_metrics(flight, folder)
+        if replay:
+            write_replay(flight, folder / "replay.html")
+
+
+def summary(flight: Flight) -> str:
+    """A flight in one line."""
+    metrics = compute_metrics(flight)
+    return (
+        f"{metrics['law']}: {metrics['throughput_bit_per_hz']:.3f} bit/Hz over {flight.time[-1]:.2f} s, "
+        f"position error at most {100 * metrics['position_error_max_m']:.1f} cm, {metrics['solver']['failures']} "
+        f"solver failures, {metrics['real_time_factor']:.2g} times real time"
+    )
