@@ -9,6 +9,9 @@ from a2s_drake.mpc.controller import MpcController, SolverStatus
 from a2s_drake.parameters import Airframe, AttitudeLaw, Disturbance, Link, Mission, Mpc, Simulation
 from a2s_drake.paths import ShipTrajectory, UavPath
 from a2s_drake.piqp_solver import PiqpSolver
+from a2s_drake.planned.keep import kept_plan
+from a2s_drake.planned.plan import PlannedAttitude, plan_attitude
+from a2s_drake.planned.reference import PlannedReference
 from a2s_drake.scenario import Scenario
 from a2s_drake.two_ray import TwoRayChannel, TwoRayChannel_
 from a2s_drake.wiring import WiringError, build_wired
@@ -29,6 +32,10 @@ __all__ = [
     "AttitudeReference_",
     "TwoRayChannel",
     "TwoRayChannel_",
+    "PlannedAttitude",
+    "PlannedReference",
+    "plan_attitude",
+    "kept_plan",
     "MpcController",
     "SolverStatus",
     "PiqpSolver",

@@ -93,7 +93,7 @@ def _of_the_papers_law(flights: Mapping[str, Flight]) -> list[Step]:
         ("", BEST_IN_BOX, best),
         ("candidates", "the law's, the best where it has no candidate", np.where(empty[:, np.newaxis], best, law)),
         ("fallback", f"the law's, with the fallback {scenario.attitude_law.fallback}", law),
-        ("rate", "the same, followed within the bound on angular velocity", reachable),
+        ("rate", "the same, each Euler angle no faster than the bound on angular velocity", reachable),
         ("rotors", "the same, turned back where the vehicle could not hover", restful),
         ("tracking", "as flown", flight.attitude),
     ]

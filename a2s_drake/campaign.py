@@ -6,11 +6,13 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
+from typing import TypeVar
 
 from tqdm import tqdm
 
-from a2s_drake.flight import Flight
 from a2s_drake.scenario import Scenario
+
+Result = TypeVar("Result")
 
 
 def worker_processes(count: int) -> ProcessPoolExecutor:
@@ -20,9 +22,9 @@ def worker_processes(count: int) -> ProcessPoolExecutor:
 
 
 def fly_each(
-    scenarios: Mapping[str, Scenario], fly: Callable[[Scenario, int], Flight], executor: Executor
-) -> Iterator[tuple[str, Flight]]:
-    """Flights by name, in the order in which they are done.
+    scenarios: Mapping[str, Scenario], fly: Callable[[Scenario, int], Result], executor: Executor
+) -> Iterator[tuple[str, Result]]:
+    """Flights, or what else is made of scenarios, by name, in the order in which they are done.
 
     Whatever ends the iteration early (an interrupt, a flight's own error, a caller that stops) drops the flights that
     wait, and those under way with the worker processes that fly them; threads and clusters finish theirs.

@@ -18,6 +18,8 @@ def refuse(name: str, value: object, allowed: str) -> ScenarioError:
 
 def describe_limits(limits: dict[str, Any]) -> str:
     """What a field may be, in words: `must be finite, above 0.0, at most 1.0`."""
+    if limits.get("choices") == (False, True):
+        return "must be true or false"
     if "choices" in limits:
         return "must be one of " + ", ".join(str(choice) for choice in limits["choices"])
     words = {"above": "above", "at_least": "at least", "below": "below", "at_most": "at most"}

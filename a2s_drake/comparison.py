@@ -1,4 +1,4 @@
-"""Comparison: the three laws side by side, as text, beside what the paper prints."""
+"""Comparison: laws side by side, as text, beside what the paper prints of its three."""
 
 from collections.abc import Mapping
 
@@ -35,7 +35,7 @@ def comparison_table(flights: Mapping[str, Flight]) -> str:
                 f"{metrics['throughput_bit_per_hz']:.3f}",
                 *_gains(flights, law, "level"),
                 *_gains(flights, law, "pitch_only"),
-                f"{100 * metrics['position_error_max_m']:.1f} cm",
+                f"{100 * metrics['position_error_max_m']:.2f} cm",
                 str(metrics["solver"]["failures"]),
                 f"{metrics['solver']['step_ms']['median']:.1f} ms",
                 f"{metrics['wall_s']:.1f} s",

@@ -13,6 +13,7 @@ import numpy as np
 
 from a2s_drake.airframe import wrench_map
 from a2s_drake.arrays import FloatArray
+from a2s_drake.checks import refuse
 from a2s_drake.parameters import GRAVITY, Airframe
 from a2s_drake.rotations import rotation_matrix
 
@@ -38,12 +39,12 @@ class FlatMap:
         """The map of an airframe.
 
         Raises:
-          ValueError: when its rotors cannot make every wrench, so that it is not flat in position and attitude.
+          ScenarioError: when its rotors cannot make every wrench, so that it is not flat in position and attitude.
         """
         effect = wrench_map(airframe)
         # Newtons and newton metres are of like size here; 1e6 is far beyond any airframe that can turn in place.
         if np.linalg.cond(effect) > 1e6:
-            raise ValueError(f"airframe.tilt_deg = {airframe.tilt_deg!r}: these rotors cannot make every wrench")
+            raise refuse("airframe.tilt_deg", airframe.tilt_deg, "these rotors cannot make every wrench")
         return cls(
             airframe.mass,
             np.asarray(airframe.inertia, dtype=float),

@@ -184,16 +184,16 @@ class WholePeer:
         """
         casadi = require_casadi()
         x, u = casadi.SX.sym("x", NUM_STATES, mpc.horizon + 1), casadi.SX.sym("u", NUM_INPUTS, mpc.horizon)
-        target = casadi.SX.sym("target", 6, mpc.horizon + 1)
-        error = casadi.vertcat(x[:6, :] - target, x[6:, :])
-        cost = casadi.dot(state_weights(mpc), casadi.sum2(error**2))
-        cost += mpc.input_weight * INPUT_SCALE**2 * casadi.sumsqr(u)
+        target = casadi.SX.sym("target", NUM_STATES, mpc.horizon + 1)
+        wanted = casadi.SX.sym("wanted", NUM_INPUTS, mpc.horizon)
+        cost = casadi.dot(state_weights(mpc), casadi.sum2((x - target) ** 2))
+        cost += mpc.input_weight * INPUT_SCALE**2 * casadi.sumsqr(u - wanted)
         step = _rk4_step(casadi, airframe, mpc.period).map(mpc.horizon)
         defects = casadi.vec(step(x[:, :-1], INPUT_SCALE * u) - x[:, 1:])
         variables = casadi.vertcat(casadi.vec(casadi.vertcat(x[:, :-1], u)), x[:, -1])
         settings = {"ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.tol": 1e-6, "ipopt.max_iter": 300}
         options = {"print_time": False, "record_time": True, "error_on_fail": False} | settings
-        program = {"x": variables, "p": casadi.vec(target), "f": cost, "g": defects}
+        program = {"x": variables, "p": casadi.vertcat(casadi.vec(target), casadi.vec(wanted)), "f": cost, "g": defects}
         self._solver = casadi.nlpsol("whole_peer", "ipopt", program, options)
         lower, upper = (np.broadcast_to(side, (mpc.horizon + 1, NUM_STATES)) for side in state_bounds(mpc))
         low, high = (np.full((mpc.horizon, NUM_INPUTS), side) for side in input_bounds(airframe))
@@ -202,7 +202,7 @@ class WholePeer:
     def solve(self, x0: FloatArray, reference: Reference, guess: Plan) -> PeerAnswer:
         """Solves from a measured state (12,), starting from a guessed plan."""
         began = time.perf_counter()
-        target = np.hstack([reference.position, reference.attitude]).ravel()
+        target = np.concatenate([reference.state.ravel(), reference.input.ravel() / INPUT_SCALE])
         self._lower[:NUM_STATES] = self._upper[:NUM_STATES] = x0
         bounds = {"lbx": self._lower, "ubx": self._upper, "lbg": 0.0, "ubg": 0.0}
         answer = self._solver(x0=_values(guess), p=target, **bounds)

@@ -23,6 +23,7 @@ _MAX_SAMPLES = 10_000_000
 _KINDS = {
     float: "a number",
     int: "a whole number",
+    bool: "true or false",
     str: "a word",
     float | None: "a number or null",
     list[float]: "a list of numbers",

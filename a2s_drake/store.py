@@ -54,7 +54,7 @@ class FlightStore:
         """A store in a folder, which is made where it is missing, for flights of the code with some digest."""
         folder.mkdir(parents=True, exist_ok=True)
         self._folder = folder
-        libraries = {"drake": "pydrake", "numpy": "numpy", "piqp": "piqp"}
+        libraries = {"drake": "pydrake", "numpy": "numpy", "piqp": "piqp", "scipy": "scipy"}
         versions = [f"{name} {version(name)}" for name, module in libraries.items() if is_installed(module)]
         self._maker = " ".join([code, *versions])
 
@@ -63,11 +63,15 @@ class FlightStore:
         content = f"{scenario.to_yaml()}\n{self._maker}"
         return self._folder / hashlib.sha256(content.encode()).hexdigest()[:16]
 
+    def holds(self, scenario: Scenario) -> bool:
+        """Whether there is a flight of a scenario, whole or damaged."""
+        # The log is the last file that an interrupt could have kept from being written.
+        return (self.place(scenario) / "flight.npz").exists()
+
     def find(self, scenario: Scenario) -> Flight | None:
         """The kept flight of a scenario. None where there is none, or, with a warning, where it is damaged."""
         place = self.place(scenario)
-        # The log is the last file that an interrupt could have kept from being written.
-        if not (place / "flight.npz").exists():
+        if not self.holds(scenario):
             return None
         try:
             flight = Flight.load(place)

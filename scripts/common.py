@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from a2s_drake import Scenario, ScenarioError
+from a2s_drake.parameters import EVERY_LAW
 from a2s_drake.replay import Scene, start_meshcat
 from diagrams import load_scenario
 
@@ -86,8 +87,10 @@ def add_jobs_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="flights at a time (default: %(default)s)")
 
 
-def add_plan_argument(parser: argparse.ArgumentParser) -> None:
-    """Adds `[--plan-within S]`."""
+def add_law_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds `[--law NAME] [--plan-within S]`."""
+    help_text = "the attitude law; wins over --set attitude_law.name=..."
+    parser.add_argument("--law", choices=EVERY_LAW, help=help_text)
     help_text = "settle for the best plan found within S seconds (under the law planned)"
     parser.add_argument("--plan-within", type=float, metavar="S", help=help_text)
 

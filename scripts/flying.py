@@ -1,8 +1,10 @@
 """Flying for the scripts: plans, one flight or many, and what is written of them."""
 
+import contextlib
 import sys
 import warnings
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
@@ -12,10 +14,10 @@ from tqdm import tqdm
 import a2s_drake
 import diagrams
 from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, ScenarioError, compute_metrics, run_flight
-from a2s_drake.campaign import worker_processes
+from a2s_drake.campaign import fly_each, worker_processes
 from a2s_drake.flight import Sample
 from a2s_drake.metrics import write_metrics
-from a2s_drake.planned.keep import kept_plan
+from a2s_drake.planned.keep import kept_plan, load_plan, plan_file, save_plan
 from a2s_drake.planned.plan import Progress
 from a2s_drake.planned.reference import PlannedReference
 from a2s_drake.planned.spline import AttitudeSpline
@@ -23,6 +25,9 @@ from a2s_drake.replay import write_replay
 from a2s_drake.store import FlightStore, code_digest, fly_kept
 from diagrams import build_closed_loop
 from scripts.common import UsageError, show_warnings
+
+# The file of a flight's folder that holds its plan.
+PLAN = "plan.npz"
 
 
 class CampaignEnded(Exception):
@@ -33,16 +38,26 @@ class CampaignEnded(Exception):
         self.code = code
 
 
-def plan_ahead(scenario: Scenario, time_limit: float | None = None) -> AttitudeSpline | None:
+def plan_ahead(
+    scenario: Scenario, time_limit: float | None = None, beside: Path | None = None
+) -> AttitudeSpline | None:
     """The plan of a scenario whose law is planned, made with a progress bar unless it is kept from before.
 
     Args:
       time_limit: wall-clock seconds after which the best plan so far will do.
+      beside: the folder of an earlier flight; the plan in it is taken where it is one for this scenario.
     Raises:
-      UsageError: when the vehicle cannot fly the path even level.
+      UsageError: when there is a time limit and nothing to plan, or the mission cannot be planned.
     """
     if scenario.attitude_law.name != "planned":
+        if time_limit is not None:
+            raise UsageError(f"--plan-within: the law {scenario.attitude_law.name} makes no plan")
         return None
+    if time_limit is not None and not time_limit >= 0.0:
+        raise UsageError(f"--plan-within {time_limit}: must be at least 0")
+    if beside is not None:
+        with contextlib.suppress(OSError):
+            return load_plan(beside / PLAN, scenario)
     try:
         with tqdm(desc="planning", unit=" steps", leave=False, disable=None) as bar:
 
@@ -73,6 +88,11 @@ def fly(
         return run_flight(diagram, scenario, bar.update, observer=observer, target_realtime_rate=rate)
 
 
+def plan_quietly(scenario: Scenario, _place: int) -> None:
+    """Makes and keeps the plan of a scenario, without a progress bar of its own."""
+    kept_plan(scenario)
+
+
 def fly_quietly(scenario: Scenario, _place: int) -> Flight:
     """Flies a validated scenario in closed loop, without a progress bar of its own."""
     return run_flight(build_closed_loop(scenario), scenario)
@@ -90,7 +110,10 @@ def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> di
     try:
         with warnings.catch_warnings(), worker_processes(jobs) as workers:
             show_warnings()
-            done = fly_kept(planned, fly_quietly, FlightStore(folder, digest), workers)
+            store = FlightStore(folder, digest)
+            missing = {name: scenario for name, scenario in planned.items() if not store.holds(scenario)}
+            _plan_each(missing, workers)
+            done = fly_kept(planned, fly_quietly, store, workers)
             return dict(tqdm(done, total=len(planned), unit="flight", disable=None))
     except KeyboardInterrupt:
         raise CampaignEnded(f"interrupted; {kept}", 130) from None
@@ -102,6 +125,18 @@ def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> di
         raise CampaignEnded(f"{failure}; {kept}", 1) from failure
     except ScenarioError as refused:  # by the planner, which asks more of a scenario than its validation can
         raise CampaignEnded(f"{refused}; {kept}", 2) from refused
+
+
+def _plan_each(scenarios: Mapping[str, Scenario], workers: Executor) -> None:
+    """Makes every plan that these flights need and that is not kept, each of them once."""
+    needed = {
+        plan_file(scenario): scenario for scenario in scenarios.values() if scenario.attitude_law.name == "planned"
+    }
+    missing = {file.name: scenario for file, scenario in needed.items() if not file.exists()}
+    if missing:
+        made = fly_each(missing, plan_quietly, workers)
+        for _ in tqdm(made, desc="planning", total=len(missing), unit="plan", leave=False, disable=None):
+            pass
 
 
 def fly_study(
@@ -120,17 +155,21 @@ def fly_study(
     return 0
 
 
-def write_results(flight: Flight, folder: Path, *, csv: bool = False, replay: bool = False) -> None:
-    """Writes scenario.yaml, flight.npz and, where there is a sample to measure, metrics.json; on request the others.
+def write_results(
+    flight: Flight, folder: Path, plan: AttitudeSpline | None = None, *, csv: bool = False, replay: bool = False
+) -> None:
+    """Writes scenario.yaml, flight.npz, the plan if any, where there is a sample metrics.json, and what is asked for.
 
     What is there of an earlier flight goes, so that all in the folder is of one.
 
     Raises:
       OSError: when the disk refuses, or the replay cannot be made.
     """
-    for name in ("metrics.json", "flight.csv", "replay.html"):
+    for name in ("metrics.json", "flight.csv", "replay.html", PLAN):
         (folder / name).unlink(missing_ok=True)
     flight.save(folder)
+    if plan is not None:
+        save_plan(plan, folder / PLAN, flight.scenario)
     if csv:
         flight.save_csv(folder / "flight.csv")
     if len(flight.time):
@@ -144,6 +183,6 @@ def summary(flight: Flight) -> str:
     metrics = compute_metrics(flight)
     return (
         f"{metrics['law']}: {metrics['throughput_bit_per_hz']:.3f} bit/Hz over {flight.time[-1]:.2f} s, "
-        f"position error at most {100 * metrics['position_error_max_m']:.1f} cm, {metrics['solver']['failures']} "
+        f"position error at most {100 * metrics['position_error_max_m']:.2f} cm, {metrics['solver']['failures']} "
         f"solver failures, {metrics['real_time_factor']:.2g} times real time"
     )

@@ -34,6 +34,7 @@ def main(argv: list[str] | None = None) -> int:
     except flying.CampaignEnded as ended:
         print(f"error: {ended}", file=sys.stderr)
         return ended.code
+    # Both bases are named scenarios: there is nothing in them that planning could refuse.
     unbounded = None if arguments.quick else flying.plan_ahead(without_rate_bound(bases[PRINTED]))
     results = publish(bases, flights, out, unbounded)
     gains = results["headline"]["gain_percent"]

@@ -6,7 +6,6 @@ from functools import partial
 from pathlib import Path
 
 from a2s_drake import Flight, FlightEnded, FlightInterrupted
-from a2s_drake.parameters import EVERY_LAW
 from scripts import common, flying
 
 
@@ -14,8 +13,7 @@ def main(argv: list[str] | None = None) -> int:
     """Returns 0; 2 for input that cannot be flown; 1 for a flight that ends early or a failing disk; 130 on Ctrl-C."""
     parser = common.Parser(description=__doc__)
     common.add_scenario_arguments(parser, default="paper", out="results/SCENARIO/LAW")
-    parser.add_argument("--law", choices=EVERY_LAW, help="the attitude law; wins over --set attitude_law.name=...")
-    common.add_plan_argument(parser)
+    common.add_law_arguments(parser)
     parser.add_argument("--csv", action="store_true", help="write the flight as flight.csv too")
     common.add_replay_argument(parser, "the flight")
     parser.add_argument("--meshcat", action="store_true", help="show the flight in a browser while it is flown")
@@ -23,36 +21,38 @@ def main(argv: list[str] | None = None) -> int:
         arguments = parser.parse_args(argv)
         law = [] if arguments.law is None else [f"attitude_law.name={arguments.law}"]
         scenario = common.resolve_scenario(arguments, law)
-        plan = flying.plan_ahead(scenario, arguments.plan_within)
         folder = arguments.out or common.default_folder(arguments) / scenario.attitude_law.name
+        plan = flying.plan_ahead(scenario, arguments.plan_within, Path(arguments.scenario).parent)
         common.make_folder(folder)
         view = common.open_live_view(scenario) if arguments.meshcat else None
     except common.UsageError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
     fly = partial(flying.fly, scenario, observer=view and view.show, plan=plan)
-    code = fly_and_write(fly, folder, csv=arguments.csv, replay=arguments.replay)
+    write = partial(flying.write_results, folder=folder, plan=plan, csv=arguments.csv, replay=arguments.replay)
+    code = fly_and_write(fly, write, folder)
     if view and code != 130:
         common.keep_serving()
     return code
 
 
-def fly_and_write(fly: Callable[[], Flight], folder: Path, **wanted: bool) -> int:
+def fly_and_write(fly: Callable[[], Flight], write: Callable[[Flight], None], folder: Path) -> int:
     """Flies, writes and prints; returns the exit code."""
     try:
         flight, ended = fly(), None
     except FlightEnded as early:
         flight, ended = early.flight, early
     try:
-        flying.write_results(flight, folder, **wanted)
+        write(flight)
     except OSError as failure:
         print(f"error: {failure}", file=sys.stderr)
         return 1
     if ended:
         print(f"error: {ended}; its {len(flight.time)} samples are in {folder}", file=sys.stderr)
         return 130 if isinstance(ended, FlightInterrupted) else 1
+    replay = folder / "replay.html"
     print(flying.summary(flight))
-    print(f"written to {folder}" + (f"; to watch it, open {folder / 'replay.html'}" if wanted["replay"] else ""))
+    print(f"written to {folder}" + (f"; to watch it, open {replay}" if replay.exists() else ""))
     return 0
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from a2s_drake import Flight, Scenario
+from a2s_drake import Flight, Scenario, run_flight
 from a2s_drake.beyond import (
     PAPER,
     PLANNED,
@@ -18,7 +18,7 @@ from a2s_drake.beyond import (
 )
 from a2s_drake.ceiling import throughput_of
 from a2s_drake.parameters import Link
-from diagrams import load_scenario
+from diagrams import build_closed_loop, load_scenario
 from scripts import beyond, flying
 from tests.flights import SAMPLES, made_up_flight
 
@@ -150,18 +150,22 @@ def test_report_has_a_row_for_each_and_names_the_worst() -> None:
 
 def test_script_prints_the_report_and_says_where_it_is(tmp_path: Path, monkeypatch, capsys) -> None:
     flown: list[str] = []
+    planned: list[float] = []
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
     def fly(scenario: Scenario, _place: int) -> Flight:
         flown.append(scenario.attitude_law.name)
         return replace(made_up_flight(), scenario=scenario)
 
     monkeypatch.setattr(flying, "fly_quietly", fly)
+    monkeypatch.setattr(flying, "plan_quietly", lambda scenario, _: planned.append(scenario.mission.radius))
     monkeypatch.setattr(flying, "worker_processes", ThreadPoolExecutor)
     assert beyond.main(["radius_1", "--jobs", "1", "--out", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     assert (tmp_path / "beyond.md").read_text() in printed + "\n"
     assert f"are in {tmp_path}" in printed
     assert sorted(flown) == ["level", "planned", "three_axis", "three_axis"]
+    assert planned == [1.0]
 
 
 @pytest.mark.parametrize(
@@ -179,3 +183,15 @@ def test_script_refuses_in_one_line(arguments: list[str], reason: str, tmp_path:
     assert reason in error
     assert error.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_a_mission_at_random_in_closed_loop() -> None:
+    name = "random_04"  # one of those with the least lead
+    scenarios = beyond_scenarios(bases(), [name])
+    row = outcome({flight: run_flight(build_closed_loop(flown), flown) for flight, flown in scenarios.items()}, name)
+    assert row.flown_gain["planned"] == pytest.approx(35.29, abs=0.1)
+    assert row.over_paper == pytest.approx(1.18, abs=0.1)
+    assert row.plan_share > 0.999
+    assert (row.failures, row.excess) == (0, 0.0)
+    assert row.position_error < 1e-3

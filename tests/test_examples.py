@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from a2s_drake import Airframe, wrench_map
+from a2s_drake import Airframe, Scenario, compute_metrics, run_flight, wrench_map
+from diagrams import build_closed_loop
 from scripts import examples
-from scripts.examples import channel_map, linearise_airframe, one_mpc_step, own_airframe, own_law
+from scripts.examples import channel_map, fed_law, linearise_airframe, one_mpc_step, own_airframe, own_law
 
 FOLDER = Path(examples.__file__).parent
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
@@ -78,6 +79,16 @@ def test_a_law_of_ones_own_beats_level_and_strays_less_than_the_papers(show) -> 
     assert astray[2] < 0.5 * astray[1]
     # Level, the vehicle only keeps the 1.4 cm of height that the paper's cost on the input asks for.
     assert astray[0] == pytest.approx(0.014, abs=0.002)
+
+
+def test_fed_level_flies_where_it_should_and_the_papers_law_wins_what_it_did(show) -> None:
+    fed = show(fed_law, "--duration", "3")
+    won, astray = np.transpose([numbers(fed, f"{name}:") for name in ("level", "the paper's law")])
+    assert astray[0] < 0.001 < astray[1]
+    papers = Scenario().with_value("simulation.duration", 3.0)
+    unfed = compute_metrics(run_flight(build_closed_loop(papers), papers))
+    assert won[1] == pytest.approx(unfed["throughput_bit_per_hz"], rel=0.01)
+    assert astray[1] < unfed["position_error_max_m"]
 
 
 def test_a_bad_duration_is_refused_in_one_line(tmp_path: Path, capsys) -> None:

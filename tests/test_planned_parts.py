@@ -11,7 +11,7 @@ from a2s_drake.planned.certify import certify
 from a2s_drake.planned.efficiency import efficiency_derivatives
 from a2s_drake.planned.limits import Limits
 from a2s_drake.planned.spline import AttitudeSpline, SplineGrid
-from a2s_drake.planned.start import Caution, _advance, rounded, search
+from a2s_drake.planned.start import AttitudeGrid, Caution, _advance, rounded, search
 from a2s_drake.planned.stretch import Stretch, Task
 from a2s_drake.two_ray import antenna_position, channel_gain, path_lengths, spectral_efficiency
 
@@ -198,3 +198,13 @@ def test_certificate_wants_rest_at_both_ends(task: Task) -> None:
     turned = AttitudeSpline(3.0, np.full((task.grid.controls, 3), 0.01))
     assert certify(turned, task.scenario, 100.0).rest_error == pytest.approx(0.01)
     assert not certify(turned, task.scenario, 100.0).holds
+
+
+@pytest.mark.parametrize("limit", [1.0, 0.3, 0.05])
+def test_the_slower_the_vehicle_may_turn_the_longer_the_stages(limit: float) -> None:
+    task = Task.of(Scenario().with_overrides([f"mpc.angular_velocity_limit={limit}"]))
+    dut = AttitudeGrid(task, Caution())
+    assert dut.side <= 20
+    assert dut.step * dut.reach <= 0.99 * limit * dut.period * (1.0 + 1e-9)
+    assert dut.stages * dut.period == pytest.approx(40.0)
+    assert (dut.stages == 800) == (limit == 1.0)

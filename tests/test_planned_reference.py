@@ -1,3 +1,4 @@
+import ast
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,12 +11,13 @@ from a2s_drake.metrics import position_error
 from a2s_drake.mpc.model import RigidBodyModel
 from a2s_drake.paths import uav_position
 from a2s_drake.planned import keep
-from a2s_drake.planned.keep import kept_plan, plan_file
+from a2s_drake.planned.keep import SOURCES, kept_plan, load_plan, plan_file, plan_key
 from a2s_drake.planned.reference import PlannedReference
 from a2s_drake.planned.spline import AttitudeSpline
 from a2s_drake.rotations import rotation_matrix
 from diagrams import build_closed_loop, build_link_only, load_scenario
 from scripts import simulate
+from tests.markdown import ROOT
 
 SMALL = ["mission.duration=3.0", "mission.radius=0.05", "planning.ipopt_iterations=0"]
 
@@ -96,6 +98,42 @@ def test_a_damaged_plan_is_made_again(small: Scenario, tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.control, first.control)
 
 
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        ({"control": np.zeros((33, 2))}, r"control points are of shape \(33, 2\)"),
+        ({"control": np.full((33, 3), np.nan)}, "or not finite"),
+        ({"duration": 2.0}, "holds no plan for 3 s, but for 2 s"),
+        ({"key": "another"}, "holds a plan for another scenario"),
+        ({}, "holds no plan: 'key is not a file in the archive'"),
+    ],
+)
+def test_a_file_without_the_plan_is_refused(content: dict, reason: str, small: Scenario, tmp_path: Path) -> None:
+    right = {"key": plan_key(small), "duration": 3.0, "control": np.zeros((33, 3))}
+    np.savez(tmp_path / "plan.npz", **(right | content if content else {"control": right["control"]}))
+    with pytest.raises(OSError, match=reason):
+        load_plan(tmp_path / "plan.npz", small)
+
+
+def imports(module: Path) -> set[Path]:
+    """The modules of this package that a module imports."""
+    found = set()
+    for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("a2s_drake"):
+            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+            found |= {ROOT / f"{name.replace('.', '/')}.py" for name in names}
+    return {path for path in found if path.exists()}
+
+
+def test_a_plan_goes_by_every_module_that_makes_it() -> None:
+    todo, seen = {ROOT / "a2s_drake" / "planned" / "plan.py"}, set()
+    while todo:
+        seen |= todo
+        todo = set().union(*map(imports, todo)) - seen
+    assert len(seen) > 20
+    assert seen == set(SOURCES) - {ROOT / "a2s_drake" / "planned" / "__init__.py"}
+
+
 def test_a_plan_that_cannot_be_kept_is_flown_all_the_same(small: Scenario, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.warns(UserWarning, match="cannot be kept"):
@@ -103,7 +141,7 @@ def test_a_plan_that_cannot_be_kept_is_flown_all_the_same(small: Scenario, tmp_p
 
 
 def test_a_plan_cut_short_is_flown_but_not_kept(small: Scenario, tmp_path: Path) -> None:
-    with pytest.warns(UserWarning, match=r"cut short after 0 s with \+0.00 % over level: this plan is not kept"):
+    with pytest.warns(UserWarning, match=r"cut short after 0 s, with \+0.00 % over level; this plan is not kept"):
         spline = kept_plan(small, folder=tmp_path, time_limit=0.0)
     assert not spline.control.any()
     assert not list(tmp_path.iterdir())
@@ -121,6 +159,8 @@ def test_a_plan_cut_short_is_flown_but_not_kept(small: Scenario, tmp_path: Path)
         ("planning.knot_spacing=0.2", False),
         ("mpc.attitude_limit_deg=14", False),
         ("mpc.angular_velocity_limit=2", False),
+        ("mpc.period=0.01", False),
+        ("mpc.feedforward=false", True),
     ],
 )
 def test_a_plan_goes_by_all_that_it_hangs_on(override: str, same: bool, small: Scenario) -> None:
@@ -186,6 +226,45 @@ def test_simulate_settles_for_the_best_plan_in_time(tmp_path: Path, monkeypatch:
         assert simulate.main(asked) == 0
     assert not Flight.load(tmp_path).attitude_reference.any()
     assert not (tmp_path / "cache").exists()
+
+
+def test_a_flight_to_a_plan_cut_short_is_flown_again_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    first, again = tmp_path / "first", tmp_path / "again"
+    with pytest.warns(UserWarning, match="cut short"):
+        simulate.main(["planned", "--set", *SMALL, "--duration", "0.2", "--out", str(first), "--plan-within", "0.4"])
+    assert simulate.main([str(first / "scenario.yaml"), "--out", str(again)]) == 0
+    assert (again / "flight.npz").read_bytes() == (first / "flight.npz").read_bytes()
+    assert not (tmp_path / "cache").exists()
+    # Another mission than the plan beside the scenario is for gets a plan of its own.
+    other = ["--set", "mission.radius=0.04", "--plan-within", "0", "--out", str(tmp_path / "other")]
+    with pytest.warns(UserWarning, match="cut short after 0 s"):
+        assert simulate.main([str(first / "scenario.yaml"), *other]) == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["planned", "--plan-within", "-1"], "--plan-within -1.0: must be at least 0"),
+        (["planned", "--plan-within", "nan"], "--plan-within nan: must be at least 0"),
+        (["paper", "--plan-within", "5"], "--plan-within: the law three_axis makes no plan"),
+        (["planned", "--set", "mpc.feedforward=maybe"], "mpc.feedforward = 'maybe': must be true or false"),
+        (
+            ["planned", "--set", "airframe.tilt_deg=0.0"],
+            "airframe.tilt_deg = 0.0: these rotors cannot make every wrench",
+        ),
+        (
+            ["planned", "--set", "planning.search_period=0.01", "mission.duration=5000"],
+            "planning.search_period = 0.01: ",
+        ),
+    ],
+)
+def test_simulate_refuses_in_one_line(arguments: list[str], reason: str, tmp_path: Path, capsys) -> None:
+    assert simulate.main([*arguments, "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert reason in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
 
 
 def test_simulate_refuses_what_cannot_be_planned(tmp_path: Path, capsys) -> None:

@@ -121,7 +121,7 @@ def test_an_interrupt_leaves_the_flights_done_whole(store: FlightStore) -> None:
 def test_code_digest_follows_what_flies_and_nothing_else(tmp_path: Path) -> None:
     (tmp_path / "mpc").mkdir()
     (tmp_path / "figures").mkdir()
-    sources = [tmp_path / name for name in ("two_ray.py", "mpc/model.py", "figures/style.py", "report.py")]
+    sources = [tmp_path / name for name in ("two_ray.py", "mpc/model.py", "figures/style.py", "gallery.py")]
     for source in sources:
         source.write_text("a = 1\n")
     before = code_digest(tmp_path)

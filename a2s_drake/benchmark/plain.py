@@ -42,10 +42,15 @@ class PlainOsqp:
             self._prog.AddBoundingBoxConstraint(lower, upper, following)
             variables = np.concatenate([x, u, following])
             self._dynamics.append(self._prog.AddLinearEqualityConstraint(blank, start, variables).evaluator())
-        self._weights, input_weights = np.diag(state_weights(mpc)), np.eye(NUM_INPUTS) * mpc.input_weight * _SCALE**2
-        for u in self._u:
-            self._prog.AddQuadraticErrorCost(input_weights, np.zeros(NUM_INPUTS), u)
-        self._costs = [self._prog.AddQuadraticErrorCost(self._weights, start, x).evaluator() for x in self._x]
+        weights, input_weights = np.diag(state_weights(mpc)), np.eye(NUM_INPUTS) * mpc.input_weight * _SCALE**2
+        blank_input = np.zeros(NUM_INPUTS)
+        self._costs = [
+            *((self._prog.AddQuadraticErrorCost(weights, start, x).evaluator(), weights) for x in self._x),
+            *(
+                (self._prog.AddQuadraticErrorCost(input_weights, blank_input, u).evaluator(), input_weights)
+                for u in self._u
+            ),
+        ]
 
     def pose(self, x0: FloatArray, reference: Reference, guess: Plan) -> None:
         """Linearises about a guess that starts at a measured state (12,), and takes over state and targets."""
@@ -55,10 +60,10 @@ class PlainOsqp:
         for r, dynamics in enumerate(self._dynamics):
             coefficients = np.hstack([by_state[r], _SCALE * by_input[r], -np.eye(NUM_STATES)])
             dynamics.UpdateCoefficients(coefficients, by_state[r] @ x[r] + by_input[r] @ u[r] - following[r])
-        for r, cost in enumerate(self._costs):
-            target = np.concatenate([reference.position[r], reference.attitude[r], np.zeros(6)])
-            pull = self._weights @ target
-            cost.UpdateCoefficients(2.0 * self._weights, -2.0 * pull, target @ pull, True)
+        targets = (*reference.state, *(reference.input / _SCALE))
+        for (cost, weights), target in zip(self._costs, targets, strict=True):
+            pull = weights @ target
+            cost.UpdateCoefficients(2.0 * weights, -2.0 * pull, target @ pull, True)
 
     def answer(self, guess: Plan) -> Solution:
         """Solves the problem posed, starting from a guess."""

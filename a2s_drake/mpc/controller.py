@@ -47,8 +47,8 @@ class MpcController(LeafSystem):
     - `predicted_state` (12(N+1)): the plan's states, row by row.
     - `solver_status` (4): see `SolverStatus`.
 
-    With `feedforward` it has three inputs more, and its cost weighs differences from these where it else weighs the
-    quantities themselves, as the paper does:
+    With `feedforward` it has three inputs more, and its cost weighs differences from these where it otherwise weighs
+    the quantities themselves, as the paper does:
 
     - `velocity_preview` (3(N+1)): planned velocity at the same instants, m/s, W.
     - `angular_velocity_preview` (3(N+1)): planned angular velocity, rad/s, B.

@@ -137,8 +137,12 @@ def plan_attitude(
       time_limit: wall-clock seconds after which the best plan so far is certified and returned; without it the result
         depends on the scenario alone.
     Raises:
-      ScenarioError: when the vehicle cannot fly the path even level within its limits.
+      ValueError: for a time limit below zero.
+      ScenarioError: when the vehicle cannot fly the path even level within its limits, its rotors cannot make every
+        wrench, or the mission is too long for the search.
     """
+    if time_limit is not None and not time_limit >= 0.0:
+        raise ValueError(f"time_limit = {time_limit!r}: must be at least 0")
     record = _Record(Task.of(scenario), progress, time_limit)
     if record.whole.excess(record.best).max() > EXCESS_TOLERANCE:
         raise ScenarioError(
@@ -197,14 +201,14 @@ def _run_ipopt(record: _Record) -> None:
 
 
 def _certified(record: _Record) -> tuple[FloatArray, Certificate]:
-    """The best plan and its certificate, solved again where that finds an excess."""
+    """The best plan and its certificate, solved again where that finds an excess; level if all else fails."""
     task = record.task
 
     def check(control: FloatArray) -> Certificate:
         return certify(AttitudeSpline(task.grid.duration, control), task.scenario, task.planning.certificate_rate)
 
-    control = record.best
-    certificate = check(control)
+    tried = [record.best]
+    certificate = check(tried[-1])
     for _ in range(_TIGHTENINGS):
         if certificate.holds or record.truncated:
             break
@@ -212,20 +216,22 @@ def _certified(record: _Record) -> tuple[FloatArray, Certificate]:
         task = replace(task, planning=planning, limits=task.limits.tightened(_TIGHTENING))
         record.impose(task)
         try:
-            _run_sqp(record, control)
+            _run_sqp(record, tried[-1])
         except _OutOfTimeError:
             record.truncated = True
-        control = record.best
-        certificate = check(control)
-    if not certificate.holds:
-        control = _toward_level(control, lambda some: check(some).holds)
-        certificate = check(control)
-    return control, certificate
+        tried.append(record.best)
+        certificate = check(tried[-1])
+    if certificate.holds and not record.truncated:
+        return tried[-1], certificate
+    # What time has left of the last plan may be worth less than a share of the first one.
+    options = [_toward_level(control, lambda some: check(some).holds) for control in (tried[0], tried[-1])]
+    control = min((*options, np.zeros_like(tried[0])), key=record.whole.cost)
+    return control, check(control)
 
 
 def _toward_level(control: FloatArray, accepted: Callable[[FloatArray], bool]) -> FloatArray:
     """The largest share of a plan, in eighths, that is accepted; level where none is."""
-    for share in np.arange(7.0, 0.0, -1.0) / 8.0:
+    for share in np.arange(8.0, 0.0, -1.0) / 8.0:
         if accepted(share * control):
             return np.asarray(share * control)
     return np.zeros_like(control)

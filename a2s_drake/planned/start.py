@@ -13,6 +13,7 @@ from scipy.sparse import bmat, csc_matrix, identity
 from scipy.sparse.linalg import spsolve
 
 from a2s_drake.arrays import BoolArray, FloatArray
+from a2s_drake.checks import refuse
 from a2s_drake.paths import ship_position, uav_position
 from a2s_drake.planned.spline import SplineGrid
 from a2s_drake.planned.stretch import Task
@@ -21,6 +22,13 @@ from a2s_drake.two_ray import channel_gain, path_lengths, spectral_efficiency
 
 # The search's corners are rounded over about this time, s, before a smooth trajectory is asked to follow them.
 _ROUNDING = 0.15
+
+# Most grid steps from level to the largest angle. Where the rate is so limited that it would take more, stages are made
+# longer instead.
+_FARTHEST = 20
+
+# Most places that a search remembers, over all stages, of 4 bytes each.
+_MOST_PLACES = 250_000_000
 
 _UNREACHED = -1e30
 
@@ -36,18 +44,29 @@ class Caution:
 
 
 class AttitudeGrid:
-    """The attitudes of a search: a cube of Euler angles around level, at steps that a rate limit makes whole."""
+    """The attitudes of a search: a cube of Euler angles around level, at steps that a rate limit makes whole.
+
+    Raises:
+      ScenarioError: when the search would remember too much.
+    """
 
     def __init__(self, task: Task, caution: Caution) -> None:
         planning, limits = task.planning, task.limits
-        duration, wanted = task.grid.duration, planning.search_period
-        self.stages = max(1, int(np.ceil(duration / wanted - 1e-9)))
-        self.period = duration / self.stages
-        # The step that the rate allows, or a finer one: no fewer than eight steps from level to the limit.
         rate = caution.rate_share * limits.rate
         self.reach = planning.search_reach
+        wanted = max(planning.search_period, limits.angle / _FARTHEST * self.reach / rate)
+        self.stages = max(1, int(np.ceil(task.grid.duration / wanted - 1e-9)))
+        self.period = task.grid.duration / self.stages
+        # The step that the rate allows, or a finer one: no fewer than eight steps from level to the limit.
         self.step = min(rate * self.period / self.reach, limits.angle / 8.0)
         self.side = int(limits.angle / self.step + 1e-9)
+        places = self.stages * (2 * self.side + 1) ** 3
+        if places > _MOST_PLACES:
+            raise refuse(
+                "planning.search_period",
+                planning.search_period,
+                f"must be at least {planning.search_period * places / _MOST_PLACES:.2g} s on a mission this long",
+            )
         axis = self.step * np.arange(-self.side, self.side + 1)
         self.eta = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1)
         self.level = (self.side,) * 3

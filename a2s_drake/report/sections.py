@@ -68,7 +68,7 @@ def beyond(results: Mapping[str, Any], figures: str) -> list[str]:
             step["effect"],
             step["attitude"],
             f"{step['gain_percent']:+.2f} %",
-            f"{-step['cost']:+.2f}" if step["effect"] else "",
+            f"{0.0 + round(-step['cost'], 2):+.2f}" if step["effect"] else "",
             "" if not step["effect"] or step["share"] is None else f"{100 * step['share']:.1f} %",
         ]
         for step in beyond["attribution"]

@@ -1,0 +1,59 @@
+"""The paper's law and level, their controller fed what they foresee: their height is right then, little else new."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import ConstantVectorSource
+
+from a2s_drake import AttitudeReference, Scenario, compute_metrics, hover_input, run_flight
+from a2s_drake.paths import uav_velocity
+from a2s_drake.wiring import build_wired, export_outputs
+from diagrams import build_closed_loop
+from scripts.example_figures import laws_figure
+from scripts.examples.shared import run, run_example
+
+
+class PathVelocity(LeafSystem):
+    """| PathVelocity |--> velocity_preview: of the planned path at now, now + T_s, ..., m/s, W."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        LeafSystem.__init__(self)
+        self._mission, self._ahead = scenario.mission, scenario.mpc.period * np.arange(scenario.mpc.horizon + 1)
+        self.DeclareVectorOutputPort("velocity_preview", 3 * len(self._ahead), self._calc, {self.time_ticket()})
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(uav_velocity(context.get_time() + self._ahead, self._mission).ravel())
+
+
+def fed(scenario: Scenario) -> Diagram:
+    """A scenario's law that feeds its controller the path's velocity, no angular velocity, and hover."""
+    builder, mpc = DiagramBuilder(), scenario.mpc
+    law = AttitudeReference(scenario.link, scenario.attitude_law, mpc.attitude_limit, mpc.horizon)
+    builder.AddSystem(law)
+    still, hover = np.zeros(3 * (mpc.horizon + 1)), np.tile(hover_input(scenario.airframe), mpc.horizon)
+    for name, values in (("angular_velocity_preview", still), ("rotor_speed_squared_preview", hover)):
+        builder.ExportOutput(builder.AddSystem(ConstantVectorSource(values)).get_output_port(), name)
+    export_outputs(builder, law, builder.AddSystem(PathVelocity(scenario)))
+    for name in ("position_preview", "ship_preview"):
+        builder.ExportInput(law.GetInputPort(name), name)
+    return build_wired(builder, "fed")
+
+
+def show(duration: float) -> Figure:
+    """Flies level and the paper's law, both fed; prints what they transmit, and how far they stray."""
+    flights = {}
+    for name, law in (("level", "level"), ("the paper's law", "three_axis")):
+        scenario = Scenario().with_overrides([f"attitude_law.name={law}", f"simulation.duration={duration}"]).validate()
+        flights[name] = run_flight(build_closed_loop(scenario, law=fed(scenario)), scenario)
+        got = compute_metrics(flights[name])
+        print(f"{name}: {got['throughput_bit_per_hz']:.3f} bit/Hz, {got['position_error_max_m']:.4f} m astray at most")
+    return laws_figure(flights)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Returns 0; 2 for input that cannot be flown; 1 for a flight that ended early, 130 for an interrupted one."""
+    return run_example("fed_law", show, __doc__, argv, duration=(8.0, "length of each flight, s"))
+
+
+if __name__ == "__main__":
+    run(main)
