@@ -125,6 +125,7 @@ def test_cut_short_the_plan_is_the_best_so_far(monkeypatch: pytest.MonkeyPatch) 
     assert plan.throughput > plan.level_throughput
 
 
+@pytest.mark.slow
 def test_time_that_ends_while_certifying_costs_a_share_of_the_plan_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
     margins = ["attitude_margin", "angular_velocity_margin", "rotor_speed_min_margin", "rotor_speed_max_margin"]
     scenario = short(QUICK, "planning.limit_spacing=0.1", *(f"planning.{margin}=0.0" for margin in margins))
