@@ -1,10 +1,13 @@
+import copy
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import settings
 
 from a2s_drake import Flight, Scenario, run_flight
+from a2s_drake.ideal import ideal_study
 from a2s_drake.paths import ship_position, uav_position
 from diagrams import build_closed_loop, load_scenario
 from tests.browser import browser, open_page
@@ -56,3 +59,19 @@ def fly() -> Callable[..., Flight]:
         return flown[key]
 
     return fly_once
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _ideal_studies_are_made_once() -> Iterator[None]:
+    """Many tests publish a report; the study in it hangs on the scenario alone and takes seconds."""
+    made: dict[str, dict[str, Any]] = {}
+
+    def study(scenario: Scenario) -> dict[str, Any]:
+        key = scenario.to_yaml()
+        if key not in made:
+            made[key] = ideal_study(scenario)
+        return copy.deepcopy(made[key])
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("a2s_drake.reproduction.ideal_study", study)
+        yield

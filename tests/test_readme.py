@@ -26,7 +26,7 @@ EVERY_INLINE_COMMAND = list(dict.fromkeys(command for page in PAGES for command 
 NOT_TYPED = ("make test", "make test-slow", "make clean")
 LONG = ("make run", "make reproduce", "make robustness", "make bench")
 LONG += ("scripts/reproduce.py", "scripts/benchmark.py", "results/mine", "simulate.py planned", "compare.py planned")
-LONG += ("scripts/robustness.py",)
+LONG += ("scripts/robustness.py", "make check")
 
 
 def marked(block: CodeBlock) -> object:
