@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2s_drake.arrays import FloatArray
-from a2s_drake.ceiling import best_attitude, is_hoverable
+from a2s_drake.ceiling import best_attitude, best_hoverable_attitude, is_hoverable
 from a2s_drake.flight import Flight
-from a2s_drake.ideal import Geometry, ideal_gain, law_attitude
+from a2s_drake.ideal import Geometry, ideal_gain, law_attitude, without_candidate
 from a2s_drake.metrics import gain_percent
 from a2s_drake.parameters import Airframe
 from a2s_drake.planned.spline import AttitudeSpline
@@ -72,21 +72,17 @@ def attribution(flights: Mapping[str, Flight], unbounded: AttitudeSpline) -> lis
       flights: of one scenario under `three_axis`, `planned` and `level`.
       unbounded: the plan of `without_rate_bound`.
     """
-    return [*_of_the_papers_law(flights), *_of_the_plan(flights, unbounded)]
+    flight = flights["level"]
+    geometry = Geometry.of_flight(flight)
+    best = best_attitude(geometry.position, geometry.ship, flight.scenario.link, flight.scenario.mpc.attitude_limit)
+    return [*_of_the_papers_law(flights, best), *_of_the_plan(flights, best, unbounded)]
 
 
-def _of_the_papers_law(flights: Mapping[str, Flight]) -> list[Step]:
+def _of_the_papers_law(flights: Mapping[str, Flight], best: FloatArray) -> list[Step]:
     flight = flights["three_axis"]
     scenario, geometry = flight.scenario, Geometry.of_flight(flight)
     law = law_attitude(scenario, geometry, "three_axis", scenario.attitude_law.fallback)
-    # Where `zero` and `nearest` differ there is no candidate.
-    empty = np.any(
-        law_attitude(scenario, geometry, "three_axis", "zero")
-        != law_attitude(scenario, geometry, "three_axis", "nearest"),
-        axis=1,
-    )
-    limit = scenario.mpc.attitude_limit
-    best = best_attitude(geometry.position, geometry.ship, scenario.link, limit)
+    empty = without_candidate(*(law_attitude(scenario, geometry, "three_axis", name) for name in ("zero", "nearest")))
     reachable = rate_limited(law, scenario.mpc.angular_velocity_limit * scenario.mpc.period)
     restful = turned_back(reachable, scenario.airframe)
     attitudes = [
@@ -100,15 +96,14 @@ def _of_the_papers_law(flights: Mapping[str, Flight]) -> list[Step]:
     return _steps("three_axis", scenario, geometry, attitudes, gain_percent(flight, flights["level"]))
 
 
-def _of_the_plan(flights: Mapping[str, Flight], unbounded: AttitudeSpline) -> list[Step]:
+def _of_the_plan(flights: Mapping[str, Flight], best: FloatArray, unbounded: AttitudeSpline) -> list[Step]:
     flight = flights["planned"]
     scenario, geometry = flight.scenario, Geometry.of_flight(flight)
-    link, limit = scenario.link, scenario.mpc.attitude_limit
-    hover = best_attitude(
-        geometry.position, geometry.ship, link, limit, lambda eta: is_hoverable(eta, scenario.airframe)
+    hover = best_hoverable_attitude(
+        geometry.position, geometry.ship, scenario.link, scenario.mpc.attitude_limit, scenario.airframe
     )
     attitudes = [
-        ("", BEST_IN_BOX, best_attitude(geometry.position, geometry.ship, link, limit)),
+        ("", BEST_IN_BOX, best),
         ("rotors at rest", "the best at which the vehicle could hover", hover),
         ("rotors in motion", "a plan from level without a bound on angular velocity", unbounded.eta(geometry.time)),
         ("rate", "the plan", flight.attitude_reference),

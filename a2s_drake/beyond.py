@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2s_drake.arrays import FloatArray
-from a2s_drake.ceiling import best_attitude, is_hoverable, throughput_of
+from a2s_drake.ceiling import best_hoverable_attitude, throughput_of
 from a2s_drake.flight import Flight
+from a2s_drake.ideal import Geometry, ideal_gain
 from a2s_drake.metrics import bounds, gain_percent, position_error, solver_summary, throughput
 from a2s_drake.readings import SECOND_AIRFRAME, under_law
 from a2s_drake.scenario import Scenario
@@ -20,7 +21,7 @@ _RANDOM = "random_"
 # Wide enough for every mission: the paper's window is made for Table I.
 _WINDOW = ("attitude_law.index_min=-5000", "attitude_law.index_max=5000")
 _FLIGHTS = ("level", "nearest", "zero", "planned")
-# Every tenth sample shows the static ceiling well enough: on Table I +43.1 % in place of +42.9 %.
+# Every tenth sample shows the static ceiling well enough: on Table I +43.07 % in place of +43.24 %.
 _CEILING_STRIDE = 10
 # Below this planned gain, %, attitude has nothing to win, and a share of it says nothing.
 _LEAST_GAIN = 1.0
@@ -170,7 +171,7 @@ def outcome(flights: Mapping[str, Flight], mission: str) -> Outcome:
         level_throughput=throughput(level),
         flown_gain={name: gain_percent(flown[name], level) for name in _FLIGHTS[1:]},
         path_gain={name: 100.0 * (on_path[name] / on_path["level"] - 1.0) for name in _FLIGHTS[1:]},
-        plan_gain=100.0 * (_held(planned, plan) / _held(planned, np.zeros_like(plan)) - 1.0),
+        plan_gain=ideal_gain(planned.scenario, Geometry.of_flight(planned), plan),
         hover_gain=_hover_gain(planned),
         plan_share=throughput(planned) / _held(planned, plan),
         position_error=float(position_error(planned).max()),
@@ -179,23 +180,20 @@ def outcome(flights: Mapping[str, Flight], mission: str) -> Outcome:
     )
 
 
-def _held(flight: Flight, eta: FloatArray, stride: int = 1) -> float:
-    """Throughput of an attitude (n, 3) held exactly on every so many-th sample of a flight's planned path, bit/Hz."""
-    position, ship = flight.position_reference[::stride], flight.ship_position[::stride]
-    return throughput_of(position, eta[::stride], ship, flight.scenario.link, flight.scenario.mpc.period)
+def _held(flight: Flight, eta: FloatArray) -> float:
+    """Throughput of an attitude (n, 3) held exactly on a flight's planned path, bit/Hz."""
+    scenario = flight.scenario
+    return throughput_of(flight.position_reference, eta, flight.ship_position, scenario.link, scenario.mpc.period)
 
 
 def _hover_gain(flight: Flight) -> float:
-    scenario, stride = flight.scenario, _CEILING_STRIDE
-    best = np.zeros_like(flight.position_reference)
-    best[::stride] = best_attitude(
-        flight.position_reference[::stride],
-        flight.ship_position[::stride],
-        scenario.link,
-        scenario.mpc.attitude_limit,
-        lambda eta: is_hoverable(eta, scenario.airframe),
+    scenario = flight.scenario
+    every = (flight.time, flight.position_reference, flight.ship_position)
+    geometry = Geometry(*(values[::_CEILING_STRIDE] for values in every))
+    best = best_hoverable_attitude(
+        geometry.position, geometry.ship, scenario.link, scenario.mpc.attitude_limit, scenario.airframe
     )
-    return 100.0 * (_held(flight, best, stride) / _held(flight, np.zeros_like(best), stride) - 1.0)
+    return ideal_gain(scenario, geometry, best)
 
 
 def missions_table(names: Sequence[str]) -> str:

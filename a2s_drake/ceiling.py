@@ -76,6 +76,13 @@ def best_attitude(
     return best
 
 
+def best_hoverable_attitude(
+    position: FloatArray, ship: FloatArray, link: Link, attitude_limit: float, airframe: Airframe
+) -> FloatArray:
+    """`best_attitude` among those at which the vehicle can rest, rad, shape (n, 3)."""
+    return best_attitude(position, ship, link, attitude_limit, lambda eta: is_hoverable(eta, airframe))
+
+
 def affine_phase_error(
     position: FloatArray,
     ship: FloatArray,

@@ -5,9 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from a2s_drake.arrays import FloatArray
+from a2s_drake.arrays import BoolArray, FloatArray
 from a2s_drake.attitude_law import affine_phase, attitude_reference
-from a2s_drake.ceiling import affine_phase_error, best_attitude, is_hoverable, throughput_of
+from a2s_drake.ceiling import (
+    affine_phase_error,
+    best_attitude,
+    best_hoverable_attitude,
+    is_hoverable,
+    throughput_of,
+)
 from a2s_drake.flight import Flight
 from a2s_drake.parameters import FALLBACKS
 from a2s_drake.paths import ship_position, uav_position
@@ -38,6 +44,11 @@ def law_attitude(scenario: Scenario, geometry: Geometry, name: str, fallback: st
     """The reference of a law under a fallback along a geometry, rad, shape (n, 3)."""
     law = replace(scenario.attitude_law, name=name, fallback=fallback)
     return attitude_reference(geometry.position, geometry.ship, scenario.link, law, scenario.mpc.attitude_limit)
+
+
+def without_candidate(zero: FloatArray, nearest: FloatArray) -> BoolArray:
+    """Where a law has no candidate to take, shape (n,): where its references under these two fallbacks differ."""
+    return np.asarray((zero != nearest).any(axis=1))
 
 
 def ideal_gain(scenario: Scenario, geometry: Geometry, eta: FloatArray) -> float:
@@ -77,7 +88,7 @@ def ideal_study(scenario: Scenario) -> dict[str, Any]:
         for fallback in FALLBACKS
     }
     box = best_attitude(geometry.position, geometry.ship, link, limit)
-    hover = best_attitude(geometry.position, geometry.ship, link, limit, lambda eta: is_hoverable(eta, airframe))
+    hover = best_hoverable_attitude(geometry.position, geometry.ship, link, limit, airframe)
     errors = phase_errors(scenario, geometry)
     level = np.zeros_like(box)
     return {
@@ -92,9 +103,8 @@ def ideal_study(scenario: Scenario) -> dict[str, Any]:
             "box": ideal_gain(scenario, geometry, box),
             "hoverable": ideal_gain(scenario, geometry, hover),
         },
-        # Where `zero` and `nearest` differ there was no candidate to take.
         "empty_share": {
-            name: float((references[name, "zero"] != references[name, "nearest"]).any(axis=1).mean())
+            name: float(without_candidate(references[name, "zero"], references[name, "nearest"]).mean())
             for name in ("three_axis", "pitch_only")
         },
         "hoverable_share": {

@@ -1,7 +1,6 @@
 """Flies missions other than Table I under `planned`, the paper's law and level, and prints one table."""
 
 import sys
-from pathlib import Path
 
 import diagrams
 from a2s_drake import Flight, ScenarioError
@@ -28,9 +27,7 @@ def main(argv: list[str] | None = None) -> int:
                 raise common.UsageError(f"no mission named {name!r}; there are: {', '.join(known)}")
         bases = {base: diagrams.load_scenario(base).with_overrides(arguments.set) for base in (PAPER, PLANNED)}
         scenarios = beyond_scenarios(bases, missions)
-        out = arguments.out or Path("results/beyond")
-        for folder in (out, out / "flights"):
-            common.make_folder(folder)
+        out = common.make_study_folder(arguments.out, "results/beyond")
     except (common.UsageError, ScenarioError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

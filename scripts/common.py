@@ -147,6 +147,18 @@ def make_folder(folder: Path) -> None:
         raise UsageError(f"--out {folder}: cannot be written to")
 
 
+def make_study_folder(out: Path | None, default: str, *parts: str) -> Path:
+    """Makes the folder of a study, `--out` or its default, with one for its flights and those of other parts.
+
+    Raises:
+      UsageError: as `make_folder`.
+    """
+    folder = out or Path(default)
+    for made in (folder, folder / "flights", *(folder / part for part in parts)):
+        make_folder(made)
+    return folder
+
+
 def check_file(path: Path, option: str) -> None:
     """Makes the folder of a file; raises UsageError, which names the option, unless it can be written there."""
     try:

@@ -1,7 +1,6 @@
 """Reproduces the paper: flies it, varies every reading, and writes report.html, results.json and the figures."""
 
 import sys
-from pathlib import Path
 
 import diagrams
 from a2s_drake.attribution import without_rate_bound
@@ -21,9 +20,8 @@ def main(argv: list[str] | None = None) -> int:
     try:
         arguments = parser.parse_args(argv)
         common.check_jobs(arguments.jobs)
-        out = arguments.out or Path("results/reproduce-quick" if arguments.quick else "results/reproduce")
-        for folder in (out, out / "flights", out / "figures"):
-            common.make_folder(folder)
+        default = "results/reproduce-quick" if arguments.quick else "results/reproduce"
+        out = common.make_study_folder(arguments.out, default, "figures")
     except common.UsageError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

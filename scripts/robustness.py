@@ -2,7 +2,6 @@
 
 import sys
 from functools import partial
-from pathlib import Path
 
 from a2s_drake import ScenarioError
 from a2s_drake.robustness import robustness_scenarios, robustness_table
@@ -21,10 +20,8 @@ def main(argv: list[str] | None = None) -> int:
         common.check_jobs(arguments.jobs)
         base = common.resolve_scenario(arguments, [])
         scenarios = robustness_scenarios(base)
-        flying.plan_ahead(base)  # Once, rather than in each worker.
-        out = arguments.out or Path("results/robustness")
-        for folder in (out, out / "flights"):
-            common.make_folder(folder)
+        flying.plan_ahead(base)  # What cannot be planned is refused before anything is written.
+        out = common.make_study_folder(arguments.out, "results/robustness")
     except (common.UsageError, ScenarioError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

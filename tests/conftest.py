@@ -1,5 +1,6 @@
 import copy
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -75,3 +76,19 @@ def _ideal_studies_are_made_once() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("a2s_drake.reproduction.ideal_study", study)
         yield
+
+
+@pytest.fixture
+def refuses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[[Any, list[str], str], None]:
+    """Has a script refuse arguments: exit code 2, one line of error that gives the reason, and nothing written."""
+
+    def check(script: Any, arguments: list[str], reason: str) -> None:
+        out = tmp_path / "out"
+        assert script.main([*arguments, "--out", str(out)]) == 2
+        printed = capsys.readouterr()
+        assert reason in printed.err
+        assert printed.err.count("\n") == 1
+        assert printed.out == ""
+        assert not out.exists()
+
+    return check

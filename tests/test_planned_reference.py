@@ -247,6 +247,7 @@ def test_a_flight_to_a_plan_cut_short_is_flown_again_as_it_was(tmp_path: Path, m
     [
         (["planned", "--plan-within", "-1"], "--plan-within -1.0: must be at least 0"),
         (["planned", "--plan-within", "nan"], "--plan-within nan: must be at least 0"),
+        (["planned", "--set", "planning.rotor_speed_min_margin=60"], "planning.rotor_speed_min_margin = 60"),
         (["paper", "--plan-within", "5"], "--plan-within: the law three_axis makes no plan"),
         (["planned", "--set", "mpc.feedforward=maybe"], "mpc.feedforward = 'maybe': must be true or false"),
         (
@@ -259,22 +260,8 @@ def test_a_flight_to_a_plan_cut_short_is_flown_again_as_it_was(tmp_path: Path, m
         ),
     ],
 )
-def test_simulate_refuses_in_one_line(arguments: list[str], reason: str, tmp_path: Path, capsys) -> None:
-    assert simulate.main([*arguments, "--out", str(tmp_path / "out")]) == 2
-    error = capsys.readouterr().err
-    assert reason in error
-    assert error.count("\n") == 1
-    assert not (tmp_path / "out").exists()
-
-
-def test_simulate_refuses_what_cannot_be_planned(tmp_path: Path, capsys) -> None:
-    out = tmp_path / "out"
-    margin = "planning.rotor_speed_min_margin=60"
-    assert simulate.main(["planned", "--set", margin, "--out", str(out)]) == 2
-    error = capsys.readouterr().err
-    assert "planning.rotor_speed_min_margin = 60" in error
-    assert error.count("\n") == 1
-    assert not out.exists()
+def test_simulate_refuses_in_one_line(arguments: list[str], reason: str, refuses) -> None:
+    refuses(simulate, arguments, reason)
 
 
 @pytest.mark.slow

@@ -9,7 +9,6 @@ import numpy as np
 
 from a2s_drake.arrays import FloatArray
 from a2s_drake.checks import ScenarioError
-from a2s_drake.flatness import body_rates
 from a2s_drake.planned.certify import Certificate, certify
 from a2s_drake.planned.polish import PlanProgram
 from a2s_drake.planned.spline import AttitudeSpline
@@ -73,7 +72,7 @@ class PlannedAttitude:
 
     def angular_velocity(self, time: FloatArray) -> FloatArray:
         """Body angular velocity, rad/s, B; shape (...) to (..., 3)."""
-        return body_rates(self.spline.eta(time), self.spline.rate(time))
+        return self.spline.angular_velocity(time)
 
 
 class _OutOfTimeError(Exception):

@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from a2s_drake.arrays import FloatArray
-from a2s_drake.flatness import FlatMap, body_rates
+from a2s_drake.flatness import FlatMap
 from a2s_drake.parameters import Airframe, Mission, Mpc
 from a2s_drake.paths import uav_acceleration, uav_velocity
 from a2s_drake.planned.spline import AttitudeSpline
@@ -61,8 +61,7 @@ class PlannedReference(LeafSystem):
         output.SetFromVector(uav_velocity(context.get_time() + self._ahead, self._mission).ravel())
 
     def _calc_angular_velocity_preview(self, context: Context, output: BasicVector) -> None:
-        time = context.get_time() + self._ahead
-        output.SetFromVector(body_rates(self._spline.eta(time), self._spline.rate(time)).ravel())
+        output.SetFromVector(self._spline.angular_velocity(context.get_time() + self._ahead).ravel())
 
     def _calc_rotor_speed_squared_preview(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._inputs(context.get_time() + self._middles).ravel())

@@ -8,6 +8,7 @@ from scipy.interpolate import BSpline
 from scipy.sparse import csr_matrix
 
 from a2s_drake.arrays import FloatArray
+from a2s_drake.flatness import body_rates
 
 # A cubic spline is shaped, on each interval between two knots, by this many control points.
 SUPPORT = 4
@@ -118,6 +119,10 @@ class AttitudeSpline:
     def acceleration(self, time: FloatArray) -> FloatArray:
         """Second time derivative of roll, pitch, yaw, rad/s^2; shape (...) to (..., 3). It may jump at both ends."""
         return self._evaluate(time, 2)
+
+    def angular_velocity(self, time: FloatArray) -> FloatArray:
+        """Body angular velocity, rad/s, B; shape (...) to (..., 3)."""
+        return body_rates(self.eta(time), self.rate(time))
 
     def _evaluate(self, time: FloatArray, order: int) -> FloatArray:
         time = np.asarray(time, dtype=float)
