@@ -1,10 +1,10 @@
 # `make run` and `make test` work from a bare clone: they need Python 3.11 or newer and make, nothing else.
-PYTHON ?= python3
-VENV := .venv
-BIN := $(VENV)/bin
+# PYTHON names another Python than the newest one found, by a name or a path: make test PYTHON=python3.12
+PYTHON ?=
+BIN := .venv/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help run reproduce robustness bench test test-slow check format docs clean
+.PHONY: help core dev run reproduce robustness bench test test-slow check format docs clean
 
 help:
 	@echo "make run        fly the paper's mission under its three laws and print the comparison"
@@ -18,26 +18,22 @@ help:
 	@echo "make docs       build the reference as pages into site/, to be opened from disk"
 	@echo "make clean      remove the environment, caches and results"
 
-$(VENV)/installed: pyproject.toml
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
-		{ echo "$(PYTHON) is older than Python 3.11; name a newer one: make PYTHON=python3.12 ..."; exit 1; }
-	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
-	@touch $@
+core dev:
+	@PYTHON='$(PYTHON)' sh scripts/environment.sh $@
 
-run: $(VENV)/installed
+run: core
 	$(BIN)/python scripts/compare.py paper_calibrated
 
-reproduce: $(VENV)/installed
+reproduce: core
 	$(BIN)/python scripts/reproduce.py
 
-robustness: $(VENV)/installed
+robustness: core
 	$(BIN)/python scripts/robustness.py
 
-bench: $(VENV)/installed
+bench: dev
 	$(BIN)/python scripts/benchmark.py
 
-check: $(VENV)/installed
+check: dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -48,17 +44,17 @@ PYTEST := $(BIN)/python -m pytest -n 2 --dist loadfile
 test: check
 	$(PYTEST)
 
-test-slow: $(VENV)/installed
+test-slow: dev
 	$(PYTEST) -m slow
 
-format: $(VENV)/installed
+format: dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
 # mkdocs-material otherwise tells, on every build, of projects of its own.
-docs: $(VENV)/installed
+docs: dev
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 	@echo "the reference is in site/index.html"
 
 clean:
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis results site
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis results site

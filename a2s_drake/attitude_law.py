@@ -75,7 +75,8 @@ def soft_min(offsets: Array, norm: Array, feasible: Array, temperature: float) -
     Returns:
       shape (n,), rad.
     """
-    squares = (offsets / norm[:, np.newaxis]) ** 2
+    angles = offsets / norm[:, np.newaxis]
+    squares = angles * angles  # AutoDiffXd warns of an invalid value in `** 2`
     found = feasible.any(axis=-1)
     smallest = np.where(feasible, _values(squares), np.inf).min(axis=-1)
     # The mask stands inside the exponential too, so that no excluded candidate, smaller perhaps, can overflow it.

@@ -170,7 +170,7 @@ def _optimise(record: _Record) -> None:
     for caution in _CAUTIONS:
         path = search(task, caution, lambda stage: record.tell("search", stage))
         start = rounded(task.grid, *path)
-        record.consider(_toward_level(start, lambda control: record.whole.excess(control).max() <= 0.0))
+        record.consider(_toward_level(start, lambda control: bool(record.whole.excess(control).max() <= 0.0)))
         _run_sqp(record, start)
     if task.planning.ipopt_iterations > 0:
         _run_ipopt(record)
