@@ -86,7 +86,7 @@ def tables_agree(printed: str, documented: str) -> bool:
 
 def test_commands_of_the_suite_are_those_of_ci() -> None:
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
-    assert {"make test", "make test-slow"} <= set(script)
+    assert {"make test", "make test-slow"} <= {line.strip().split(" PYTHON=")[0] for line in script}
 
 
 def test_clean_leaves_what_is_under_version_control(clone: Path, tmp_path: Path) -> None:
