@@ -5,15 +5,19 @@ from dataclasses import fields
 from typing import Any
 
 from a2s_drake.parameters import Airframe
+from a2s_drake.quoting import MESSAGE_LENGTH, named, one_line, quoted
 
 
 class ScenarioError(ValueError):
     """A scenario that cannot be flown. The message names the field, its value and what is allowed, on one line."""
 
+    def __init__(self, message: str) -> None:
+        super().__init__(one_line(message, MESSAGE_LENGTH))
+
 
 def refuse(name: str, value: object, allowed: str) -> ScenarioError:
-    """The one shape of message: `name = value: allowed`."""
-    return ScenarioError(f"{name} = {value!r}: {allowed}")
+    """The one shape of message: `name = value: allowed`. A long value is shortened."""
+    return ScenarioError(f"{named(name)} = {quoted(value)}: {allowed}")
 
 
 def describe_limits(limits: dict[str, Any]) -> str:
@@ -31,7 +35,8 @@ def _within(value: float, limits: dict[str, Any]) -> bool:
     if "choices" in limits:
         return value in limits["choices"]
     return (
-        math.isfinite(value)
+        # Every integer is finite, but Python cannot say so of one that is too large for a float.
+        (isinstance(value, int) or math.isfinite(value))
         and value > limits.get("above", -math.inf)
         and value >= limits.get("at_least", -math.inf)
         and value < limits.get("below", math.inf)

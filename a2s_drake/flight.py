@@ -18,6 +18,7 @@ from a2s_drake.files import written_whole
 from a2s_drake.mpc.controller import SolverStatus
 from a2s_drake.mpc.planner import Fallback as Fallback
 from a2s_drake.scenario import Scenario
+from a2s_drake.yaml_reader import read_text
 
 # One row of a flight: what was logged at one time, by the names of the arrays of `Flight`.
 Sample = Mapping[str, Any]
@@ -141,7 +142,7 @@ class Flight:
         """
         folder = Path(folder)
         settings, log = folder / "scenario.yaml", folder / "flight.npz"
-        scenario = Scenario.from_yaml(settings.read_text(encoding="utf-8"), source=str(settings))
+        scenario = Scenario.from_yaml(read_text(settings), source=str(settings))
         try:
             with log.open("rb") as file, np.load(file) as archive:
                 return cls(scenario, **{name: archive[name] for name in array_names()})

@@ -1,33 +1,28 @@
 """Scenario: all that a flight hangs on, in one object that YAML holds, overrides change and `validate` checks."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field, fields, replace
+import copy
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Self, get_type_hints
 
 import numpy as np
-from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data, yaml_load_typed
+from pydrake.common.yaml import yaml_dump_typed
 
 from a2s_drake.airframe import hover_input
 from a2s_drake.arrays import FloatArray
 from a2s_drake.attitude_law import affine_phase, nearest_fringe
 from a2s_drake.checks import ScenarioError, check_inertia, check_order, check_part, refuse
+from a2s_drake.field_values import field_value
 from a2s_drake.parameters import Airframe, AttitudeLaw, Disturbance, Link, Mission, Mpc, Planning, Simulation
 from a2s_drake.paths import ship_position, uav_position, uav_velocity
 from a2s_drake.piqp_solver import PiqpSolver
+from a2s_drake.quoting import named, quoted, shorten
 from a2s_drake.rotations import rotation_matrix
+from a2s_drake.yaml_reader import YamlMap, read_yaml
 
 # More samples than this in one flight is a slip of the keyboard: at 20 ms it is more than two days.
 _MAX_SAMPLES = 10_000_000
-
-_KINDS = {
-    float: "a number",
-    int: "a whole number",
-    bool: "true or false",
-    str: "a word",
-    float | None: "a number or null",
-    list[float]: "a list of numbers",
-}
 
 
 @dataclass
@@ -66,21 +61,26 @@ class Scenario:
           text: a document that holds one scenario, or, with `name`, a map of scenarios by name.
           source: what to call the text in errors.
         Raises:
-          ScenarioError: when it is no YAML, or names an unknown scenario or field, or a value has the wrong type.
+          ScenarioError: when it is no YAML, or names an unknown scenario or field, or a value has the wrong type. It
+            names the source and the line.
         """
-        try:
-            document = yaml_load_data(text)
-        except Exception as error:  # The YAML library's errors share no base class that Drake exports.
-            raise ScenarioError(f"{source}: cannot be read as YAML: {_one_line(error)}") from error
+        document, place = read_yaml(text, source), source
         if name is not None:
-            if not isinstance(document, dict) or name not in document:
-                known = ", ".join(document) if isinstance(document, dict) else "none"
-                raise ScenarioError(f"{source}: no scenario named {name!r}; there are: {known}")
+            if not isinstance(document, YamlMap) or name not in document:
+                known = ", ".join(map(named, document)) if isinstance(document, YamlMap) else "none"
+                raise ScenarioError(f"{source}: no scenario named {quoted(name)}; there are: {shorten(known, 300)}")
+            place = f"{source}, line {document.lines[name]}"
             document = document[name]
         scenario = cls()
-        for section, settings in _items(document, source):
-            for key, value in _items(settings, f"{source}: {section}"):
-                scenario = scenario.with_value(f"{section}.{key}", value)
+        try:
+            for section, settings, line in _entries(document, "a scenario"):
+                place = f"{source}, line {line}"
+                scenario._part(section, section)
+                for key, value, line_of_key in _entries(settings, section):
+                    place = f"{source}, line {line_of_key}"
+                    scenario._set(section, key, value)
+        except ScenarioError as error:
+            raise ScenarioError(f"{place}: {error}") from error
         return scenario
 
     def to_yaml(self) -> str:
@@ -98,18 +98,9 @@ class Scenario:
           ScenarioError: for an unknown field or a value of the wrong type.
         """
         section, _, key = name.partition(".")
-        sections = [entry.name for entry in fields(self)]
-        if section not in sections:
-            raise ScenarioError(f"{name}: no such section; there are: {', '.join(sections)}")
-        part = getattr(self, section)
-        kinds = get_type_hints(type(part))
-        if key not in kinds:
-            raise ScenarioError(f"{name}: no such field; {section} has: {', '.join(kinds)}")
-        try:
-            changed = yaml_load_typed(data=yaml_dump({key: value}), defaults=part)
-        except Exception as error:  # Drake's loader raises whatever the conversion of a value raises.
-            raise refuse(name, value, f"must be {_KINDS[kinds[key]]}") from error
-        return replace(self, **{section: changed})
+        changed = copy.deepcopy(self)
+        changed._set(section, key, value)
+        return changed
 
     def with_overrides(self, overrides: Iterable[str]) -> Self:
         """A copy with fields set from texts `section.field=value`, the value in YAML. Does not validate.
@@ -119,15 +110,23 @@ class Scenario:
         """
         scenario = self
         for text in overrides:
-            name, equals, value = text.partition("=")
-            if not equals:
-                raise ScenarioError(f"{text!r}: an override has the form section.field=value")
-            try:
-                parsed = yaml_load_data(value)
-            except Exception as error:
-                raise ScenarioError(f"{text!r}: the value is not YAML: {_one_line(error)}") from error
-            scenario = scenario.with_value(name.strip(), parsed)
+            name, value = parse_override(text)
+            scenario = scenario.with_value(name, read_yaml(value, quoted(text)))
         return scenario
+
+    def _part(self, section: str, asked: str) -> Any:
+        sections = [entry.name for entry in fields(self)]
+        if section not in sections:
+            raise ScenarioError(f"{named(asked)}: no such section; there are: {', '.join(sections)}")
+        return getattr(self, section)
+
+    def _set(self, section: str, key: str, value: Any) -> None:
+        name = f"{section}.{key}" if key else section
+        part = self._part(section, name)
+        kinds = get_type_hints(type(part))
+        if key not in kinds:
+            raise ScenarioError(f"{named(name)}: no such field; {section} has: {', '.join(kinds)}")
+        setattr(part, key, field_value(name, value, kinds[key]))
 
     def validate(self) -> Self:
         """Checks that this scenario can be flown; returns it, so that a call can be chained.
@@ -218,13 +217,23 @@ class Scenario:
             raise refuse("attitude_law.index_max", law.index_max, needed)
 
 
-def _items(document: Any, source: str) -> Iterable[tuple[Any, Any]]:
+def parse_override(text: str) -> tuple[str, str]:
+    """The name of the field and the text of the value in `section.field=value`, without blanks around the name.
+
+    Raises:
+      ScenarioError: for a text of another form.
+    """
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise ScenarioError(f"{quoted(text)}: an override has the form section.field=value")
+    return name.strip(), value
+
+
+def _entries(document: Any, what: str) -> Iterator[tuple[str, Any, int]]:
+    """The keys and values of a map, and the line of each; none where there is nothing."""
     if document is None:  # as YAML reads a key with nothing behind it
-        return ()
-    if not isinstance(document, dict):
-        raise ScenarioError(f"{source}: must be a map of settings, is {document!r}")
-    return document.items()
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())
+        return
+    if not isinstance(document, YamlMap):
+        raise ScenarioError(f"{what} must be a map of settings, is {quoted(document)}")
+    for key, value in document.items():
+        yield key, value, document.lines[key]

@@ -1,12 +1,15 @@
 """The drawings: one file, one Diagram. `BUILDERS` names them; `SCENARIOS` is the file of named scenarios."""
 
+import contextlib
 from collections.abc import Callable
 from pathlib import Path
 
 from pydrake.systems.framework import Diagram
 
 from a2s_drake.checks import ScenarioError
+from a2s_drake.quoting import PATH_LENGTH, one_line
 from a2s_drake.scenario import Scenario
+from a2s_drake.yaml_reader import read_text
 from diagrams.airframe_only import build_airframe_only
 from diagrams.closed_loop import build_closed_loop
 from diagrams.link_only import build_link_only
@@ -16,6 +19,9 @@ BUILDERS: dict[str, Callable[[Scenario], Diagram]] = {
     "link_only": build_link_only,
     "airframe_only": build_airframe_only,
 }
+
+# How the name of a scenario file may end.
+SUFFIXES = (".yaml", ".yml")
 
 SCENARIOS = Path(__file__).with_name("scenarios.yaml")
 
@@ -27,17 +33,16 @@ def load_scenario(name_or_path: str) -> Scenario:
       ScenarioError: for an unknown name, or a file that cannot be read or does not hold a scenario.
     """
     path = Path(name_or_path)
-    if path.suffix in (".yaml", ".yml"):
+    shown = one_line(str(path), PATH_LENGTH)
+    if path.suffix in SUFFIXES:
         try:
-            text = path.read_text(encoding="utf-8")
+            return Scenario.from_yaml(read_text(path), source=shown)
         except OSError as error:
-            raise ScenarioError(f"{path}: {error.strerror}") from error
-        except UnicodeDecodeError as error:
-            raise ScenarioError(f"{path}: is not UTF-8 text") from error
-        return Scenario.from_yaml(text, source=str(path))
-    if path.is_file():
-        raise ScenarioError(f"{path}: a scenario file ends in .yaml or .yml")
+            raise ScenarioError(f"{shown}: {error.strerror}") from error
+    with contextlib.suppress(OSError):  # A name may be too long for a file's.
+        if path.is_file():
+            raise ScenarioError(f"{shown}: a scenario file ends in .yaml or .yml")
     return Scenario.from_yaml(SCENARIOS.read_text(encoding="utf-8"), name=name_or_path, source=SCENARIOS.name)
 
 
-__all__ = ["BUILDERS", "SCENARIOS", "load_scenario"]
+__all__ = ["BUILDERS", "SCENARIOS", "SUFFIXES", "load_scenario"]

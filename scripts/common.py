@@ -12,12 +12,17 @@ from typing import NoReturn
 
 from a2s_drake import Scenario, ScenarioError
 from a2s_drake.parameters import EVERY_LAW
+from a2s_drake.quoting import MESSAGE_LENGTH, one_line
 from a2s_drake.replay import Scene, start_meshcat
-from diagrams import load_scenario
+from a2s_drake.scenario import parse_override
+from diagrams import SUFFIXES, load_scenario
 
 
 class UsageError(Exception):
     """Input that cannot be worked with; a script prints its one line and returns 2."""
+
+    def __init__(self, message: object) -> None:
+        super().__init__(one_line(str(message), MESSAGE_LENGTH))
 
 
 class Parser(argparse.ArgumentParser):
@@ -107,30 +112,47 @@ def resolve_scenario(arguments: argparse.Namespace, overrides: list[str]) -> Sce
     Raises:
       UsageError: when there is none, or it cannot be flown.
     """
-    if arguments.duration is not None:
-        overrides = [*overrides, f"simulation.duration={arguments.duration}"]
     try:
-        return load_scenario(arguments.scenario).with_overrides([*arguments.set, *overrides]).validate()
+        scenario = load_scenario(arguments.scenario).with_overrides([*arguments.set, *overrides])
+        if arguments.duration is not None:
+            scenario = scenario.with_value("simulation.duration", arguments.duration)
+        return scenario.validate()
     except ScenarioError as error:
         raise UsageError(error) from error
 
 
 def refuse_law(arguments: argparse.Namespace) -> None:
     """Raises UsageError where `--set` names a law for a script that flies several."""
-    if any(text.startswith("attitude_law.name=") for text in arguments.set):
+    if "attitude_law.name" in _fields_set(arguments):
         raise UsageError("--set attitude_law.name: this script chooses the laws; scripts/simulate.py flies one")
 
 
 def refuse_disturbance(arguments: argparse.Namespace) -> None:
     """Raises UsageError where `--set` disturbs a script that flies disturbances of its own."""
-    if any(text.startswith("disturbance.") for text in arguments.set):
+    if any(name.startswith("disturbance.") for name in _fields_set(arguments)):
         raise UsageError("--set disturbance: this script chooses the disturbances; scripts/simulate.py flies one's own")
 
 
+def _fields_set(arguments: argparse.Namespace) -> list[str]:
+    """The names of the fields that `--set` changes."""
+    try:
+        return [parse_override(text)[0] for text in arguments.set]
+    except ScenarioError as error:
+        raise UsageError(error) from error
+
+
 def default_folder(arguments: argparse.Namespace) -> Path:
-    """Where results go unless `--out` says otherwise: results/<scenario>; a kept scenario.yaml goes by its folder."""
+    """Where results go unless `--out` says otherwise: results/<scenario>; a kept scenario.yaml goes by its folder.
+
+    The folder always lies in results, whatever the scenario is called.
+    """
     path = Path(arguments.scenario)
-    return Path("results") / (path.parent.name if path.stem == "scenario" else path.stem)
+    name = path.stem if path.suffix in SUFFIXES else path.name
+    if path.name in ("scenario.yaml", "scenario.yml"):
+        # The path may go upwards, so only its full form says what the folder is called.
+        name = path.parent.resolve().name
+    shown = "".join(c if c.isprintable() and c not in r"\/:" else "_" for c in name).strip(" .")
+    return Path("results") / (shown or "scenario")
 
 
 def make_folder(folder: Path) -> None:

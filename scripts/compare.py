@@ -17,13 +17,13 @@ def main(argv: list[str] | None = None) -> int:
     common.add_jobs_argument(parser)
     try:
         arguments = parser.parse_args(argv)
-        folder = arguments.out or common.default_folder(arguments)
         common.refuse_law(arguments)
         common.check_jobs(arguments.jobs)
         own = common.resolve_scenario(arguments, [])
         laws = tuple(dict.fromkeys((*LAWS, own.attitude_law.name)))
         scenarios = {law: common.resolve_scenario(arguments, [f"attitude_law.name={law}"]) for law in laws}
         flying.plan_ahead(own)
+        folder = arguments.out or common.default_folder(arguments)
         common.make_folder(folder)
     except common.UsageError as error:
         print(f"error: {error}", file=sys.stderr)

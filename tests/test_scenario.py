@@ -168,7 +168,7 @@ def test_level_law_needs_no_index_window() -> None:
         ("mpc.horizn=3", "mpc.horizn: no such field; mpc has: solver, period, horizon"),
         ("nmpc.horizon=3", "nmpc.horizon: no such section; there are: airframe, link"),
         ("mpc.horizon", "section.field=value"),
-        ("mpc.horizon=[", "not YAML"),
+        ("mpc.horizon=[", "'mpc.horizon=[', line 1: cannot be read as YAML"),
     ],
 )
 def test_refuses_overrides_that_name_nothing(override: str, reason: str) -> None:
@@ -187,7 +187,7 @@ def test_refuses_overrides_that_name_nothing(override: str, reason: str) -> None
         ("[1, 2]", "must be a map"),
         ("{airframe: 3}", "must be a map"),
         ("{airframe: {mas: 3}}", "airframe.mas: no such field"),
-        ("{plane: {mass: 3}}", "plane.mass: no such section"),
+        ("{plane: {mass: 3}}", "line 1: plane: no such section"),
     ],
 )
 def test_refuses_yaml_that_holds_no_scenario(text: str, reason: str) -> None:

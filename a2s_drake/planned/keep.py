@@ -22,8 +22,8 @@ _PACKAGE = Path(__file__).parents[1]
 SOURCES = [
     *sorted(source for source in Path(__file__).parent.glob("*.py") if source.stem not in ("keep", "reference")),
     *(_PACKAGE / f"{name}.py" for name in ("airframe", "arrays", "attitude_law", "checks", "disturbances", "flatness")),
-    *(_PACKAGE / f"{name}.py" for name in ("packages", "parameters", "paths", "piqp_solver", "quadratic_form")),
-    *(_PACKAGE / f"{name}.py" for name in ("rotations", "scenario", "two_ray", "wiring")),
+    *(_PACKAGE / f"{name}.py" for name in ("field_values", "packages", "parameters", "paths", "piqp_solver", "quoting")),
+    *(_PACKAGE / f"{name}.py" for name in ("quadratic_form", "rotations", "scenario", "two_ray", "wiring", "yaml_reader")),
 ]
 _LIBRARIES = ("drake", "numpy", "piqp", "scipy")
 
