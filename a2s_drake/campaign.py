@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
@@ -9,7 +10,7 @@ from typing import Any, TypeVar
 
 from tqdm import tqdm
 
-from a2s_drake.interrupts import interrupts_blocked, interrupts_put_off
+from a2s_drake.interrupts import deaf_offspring, interrupts_put_off
 from a2s_drake.scenario import Scenario
 
 Result = TypeVar("Result")
@@ -21,7 +22,10 @@ def worker_processes(count: int) -> ProcessPoolExecutor:
     They end with this process, however it ends.
     """
     context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(count, context, initializer=_begin_work, initargs=(context.RLock(),))
+    # The first lock starts Python's own process that cleans up locks. A terminal that closes must not end that one too.
+    with deaf_offspring(signal.SIGHUP):
+        progress_lock = context.RLock()
+    return ProcessPoolExecutor(count, context, initializer=_begin_work, initargs=(progress_lock,))
 
 
 def _begin_work(progress_lock: Any) -> None:
@@ -52,7 +56,7 @@ def fly_each(
     try:
         # An interrupt is for this process alone to handle, so workers are started deaf to it. A worker that is cut off
         # from its parent while it starts would complain, so this process does not answer before all have started.
-        with interrupts_put_off(), interrupts_blocked():
+        with interrupts_put_off(), deaf_offspring(signal.SIGINT):
             jobs = {executor.submit(fly, scenario, i): name for i, (name, scenario) in enumerate(scenarios.items())}
         for job in as_completed(jobs):
             yield jobs[job], job.result()

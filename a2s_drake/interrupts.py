@@ -49,9 +49,9 @@ def interrupts_put_off() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def interrupts_blocked() -> Iterator[None]:
-    """Blocks SIGINT in this thread. Processes and threads that are started in the block never hear it."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+def deaf_offspring(number: signal.Signals) -> Iterator[None]:
+    """Blocks a signal in this thread. Processes and threads that it starts meanwhile never hear that signal."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {number})
     try:
         yield
     finally:
