@@ -1,24 +1,44 @@
 """Campaign: many flights through one executor."""
 
 import multiprocessing
+import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from tqdm import tqdm
 
+from a2s_drake.interrupts import deaf_offspring, interrupts_put_off
 from a2s_drake.scenario import Scenario
 
 Result = TypeVar("Result")
 
 
 def worker_processes(count: int) -> ProcessPoolExecutor:
-    """Worker processes for flights, started afresh rather than forked, that share one terminal for progress bars."""
+    """Worker processes for flights, started afresh rather than forked, that share one terminal for progress bars.
+
+    They end with this process, however it ends.
+    """
     context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(count, context, initializer=tqdm.set_lock, initargs=(context.RLock(),))
+    # The first lock starts Python's own process that cleans up locks. A terminal that closes must not end that one too.
+    with deaf_offspring(signal.SIGHUP):
+        progress_lock = context.RLock()
+    return ProcessPoolExecutor(count, context, initializer=_begin_work, initargs=(progress_lock,))
+
+
+def _begin_work(progress_lock: Any) -> None:
+    tqdm.set_lock(progress_lock)
+    threading.Thread(target=_end_with_parent, name="end with parent", daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        # A worker that waits for its next flight, or is in the middle of one, would otherwise never notice.
+        os._exit(1)
 
 
 def fly_each(
@@ -34,8 +54,9 @@ def fly_each(
     """
     others = set(multiprocessing.active_children())
     try:
-        # Workers inherit the disposition they are started under: an interrupt is for this process alone to handle.
-        with _interrupts_ignored():
+        # An interrupt is for this process alone to handle, so workers are started deaf to it. A worker that is cut off
+        # from its parent while it starts would complain, so this process does not answer before all have started.
+        with interrupts_put_off(), deaf_offspring(signal.SIGINT):
             jobs = {executor.submit(fly, scenario, i): name for i, (name, scenario) in enumerate(scenarios.items())}
         for job in as_completed(jobs):
             yield jobs[job], job.result()
@@ -44,15 +65,3 @@ def fly_each(
         for child in set(multiprocessing.active_children()) - others:
             child.terminate()
         raise
-
-
-@contextmanager
-def _interrupts_ignored() -> Iterator[None]:
-    if threading.current_thread() is not threading.main_thread():
-        yield  # only the main thread hears signals, and only it may change how
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)

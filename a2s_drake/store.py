@@ -27,6 +27,7 @@ _LOOKS_ON = {
         "errata.py",
         "readings.py",
         "campaign.py",
+        "interrupts.py",
         "store.py",
     ),
     *("benchmark", "peers.py", "publish.py", "__init__.py", "graph", "replay", "ports.py"),

@@ -1,5 +1,7 @@
 """Flies a scenario, times the MPC on its problems, and checks its accuracy, beside other solvers and over horizons."""
 
+if __name__ == "__main__":
+    import scripts.startup  # first, as the imports below take long
 import json
 import sys
 from pathlib import Path
@@ -27,8 +29,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         arguments = parser.parse_args(argv)
         folder = arguments.out or Path("results/benchmark")
-        if arguments.peers_every < 1:
-            raise common.UsageError(f"--peers-every {arguments.peers_every}: must be at least 1")
+        common.check_count(arguments.peers_every, "--peers-every")
         peers = 0 if arguments.no_peers or not is_installed("casadi") else arguments.peers_every
         benchmark = Benchmark(common.resolve_scenario(arguments, []), build_closed_loop, peers)
         benchmark.check()

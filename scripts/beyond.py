@@ -1,5 +1,7 @@
 """Flies missions other than Table I under `planned`, the paper's law and level, and prints one table."""
 
+if __name__ == "__main__":
+    import scripts.startup  # first, as the imports below take long
 import sys
 
 import diagrams

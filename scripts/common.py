@@ -16,6 +16,7 @@ from a2s_drake.quoting import MESSAGE_LENGTH, one_line
 from a2s_drake.replay import Scene, start_meshcat
 from a2s_drake.scenario import parse_override
 from diagrams import SUFFIXES, load_scenario
+from scripts import ending, streams
 
 
 class UsageError(Exception):
@@ -34,23 +35,47 @@ class Parser(argparse.ArgumentParser):
 
 
 def run(main: Callable[[], int]) -> NoReturn:
-    """Ends the process with a script's exit code; 130 on an interrupt that the script does not handle itself."""
+    """Ends the process with a script's exit code.
+
+    That is 130 after Ctrl-C and 143 after SIGTERM, whether or not the script handles them itself; and 1 where its work
+    is done but what it prints cannot be written, unless only the reader has left.
+    """
     show_warnings()
+    interruption = ending.Interruption()
     try:
-        code = main()
-        sys.stdout.flush()
-    except KeyboardInterrupt:
+        interruption.begin()
+        code = _outcome(main)
+        interruption.end()
+    except BaseException as error:
+        if not (interruption or isinstance(error, KeyboardInterrupt)):
+            raise
+        # Other errors are what a library made of the interrupt.
         print("error: interrupted", file=sys.stderr)
+        streams.drop_unread_output()
+        sys.stdout.flush()
         code = 130
-    except BrokenPipeError:
-        # The reader of our output has left; what there was to write to disk is written.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = 0
-    if code == 130 and _are_stuck(thread for thread in threading.enumerate() if not thread.daemon):
+    code = interruption.code(code)
+    if code > 128 and _are_stuck(thread for thread in threading.enumerate() if not thread.daemon):
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)
+    interruption.end()
     sys.exit(code)
+
+
+def _outcome(main: Callable[[], int]) -> int:
+    """A script's exit code when all that it prints is written."""
+    try:
+        code = main()
+    except SystemExit as shown:  # --help
+        if shown.code != 0:
+            raise
+        code = 0
+    sys.stdout.flush()
+    if streams.losses and not code:
+        print(f"error: standard output: {streams.losses[0]}", file=sys.stderr)
+        return 1
+    return code
 
 
 def show_warnings() -> None:
@@ -193,8 +218,13 @@ def check_file(path: Path, option: str) -> None:
 
 def check_jobs(jobs: int) -> None:
     """Raises UsageError unless there is at least one flight at a time."""
-    if jobs < 1:
-        raise UsageError(f"--jobs {jobs}: must be at least 1")
+    check_count(jobs, "--jobs")
+
+
+def check_count(count: int, option: str) -> None:
+    """Raises UsageError, which names the option, unless it is at least 1."""
+    if count < 1:
+        raise UsageError(f"{option} {count}: must be at least 1")
 
 
 def add_replay_argument(parser: argparse.ArgumentParser, shown: str) -> None:

@@ -1,6 +1,9 @@
 """Flies the paper's three laws and a scenario's own, and prints them side by side, with two pictures."""
 
+if __name__ == "__main__":
+    import scripts.startup  # first, as the imports below take long
 import sys
+from concurrent.futures.process import BrokenProcessPool
 
 from a2s_drake import FlightEnded
 from a2s_drake.campaign import fly_each, worker_processes
@@ -34,12 +37,12 @@ def main(argv: list[str] | None = None) -> int:
             for law, flight in fly_each(scenarios, flying.fly, workers):
                 done[law] = flight
                 flying.write_results(flight, folder / law)
-    except (FlightEnded, KeyboardInterrupt) as ended:
+    except (FlightEnded, BrokenProcessPool, KeyboardInterrupt) as ended:
         if isinstance(ended, FlightEnded):
             flying.write_results(ended.flight, folder / ended.flight.scenario.attitude_law.name)
         kept = ", ".join(done) or "none"
         print(f"error: {str(ended) or 'interrupted'}; flown to the end and kept in {folder}: {kept}", file=sys.stderr)
-        return 1 if isinstance(ended, FlightEnded) else 130
+        return 130 if isinstance(ended, KeyboardInterrupt) else 1
     flights = {law: done[law] for law in laws}
     save_figure(channel_gain_figure(flights), folder / "channel_gain")
     save_figure(attitude_figure(flights["three_axis"]), folder / "attitude")

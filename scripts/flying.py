@@ -16,6 +16,7 @@ import diagrams
 from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, ScenarioError, compute_metrics, run_flight
 from a2s_drake.campaign import fly_each, worker_processes
 from a2s_drake.flight import Sample
+from a2s_drake.interrupts import interrupts_put_off
 from a2s_drake.metrics import write_metrics
 from a2s_drake.planned.keep import kept_plan, load_plan, plan_file, save_plan
 from a2s_drake.planned.plan import Progress
@@ -155,12 +156,13 @@ def fly_study(
     return 0
 
 
+@interrupts_put_off()
 def write_results(
     flight: Flight, folder: Path, plan: AttitudeSpline | None = None, *, csv: bool = False, replay: bool = False
 ) -> None:
     """Writes scenario.yaml, flight.npz, the plan if any, where there is a sample metrics.json, and what is asked for.
 
-    What is there of an earlier flight goes, so that all in the folder is of one.
+    What is there of an earlier flight goes, so that all in the folder is of one, even after an interrupt.
 
     Raises:
       OSError: when the disk refuses, or the replay cannot be made.

@@ -1,5 +1,7 @@
 """Reproduces the paper: flies it, varies every reading, and writes report.html, results.json and the figures."""
 
+if __name__ == "__main__":
+    import scripts.startup  # first, as the imports below take long
 import sys
 
 import diagrams

@@ -1,5 +1,7 @@
 """Flies a scenario under each disturbance that the controller knows nothing of, and prints the table."""
 
+if __name__ == "__main__":
+    import scripts.startup  # first, as the imports below take long
 import sys
 from functools import partial
 

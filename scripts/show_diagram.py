@@ -1,5 +1,7 @@
 """Shows a diagram: its blocks, ports with sizes and units, and wires, as text or as a picture."""
 
+if __name__ == "__main__":
+    import scripts.startup  # first, as the imports below take long
 import sys
 from pathlib import Path
 

@@ -1,5 +1,7 @@
 """Flies one scenario in closed loop and writes its scenario.yaml, flight.npz and metrics.json."""
 
+if __name__ == "__main__":
+    import scripts.startup  # first, as the imports below take long
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -19,8 +21,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--meshcat", action="store_true", help="show the flight in a browser while it is flown")
     try:
         arguments = parser.parse_args(argv)
-        law = [] if arguments.law is None else [f"attitude_law.name={arguments.law}"]
-        scenario = common.resolve_scenario(arguments, law)
+        scenario = common.resolve_scenario(arguments, [f"attitude_law.name={arguments.law}"] if arguments.law else [])
         folder = arguments.out or common.default_folder(arguments) / scenario.attitude_law.name
         plan = flying.plan_ahead(scenario, arguments.plan_within, Path(arguments.scenario).parent)
         common.make_folder(folder)
@@ -28,9 +29,8 @@ def main(argv: list[str] | None = None) -> int:
     except common.UsageError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    fly = partial(flying.fly, scenario, observer=view and view.show, plan=plan)
     write = partial(flying.write_results, folder=folder, plan=plan, csv=arguments.csv, replay=arguments.replay)
-    code = fly_and_write(fly, write, folder)
+    code = fly_and_write(partial(flying.fly, scenario, observer=view and view.show, plan=plan), write, folder)
     if view and code != 130:
         common.keep_serving()
     return code
@@ -50,9 +50,8 @@ def fly_and_write(fly: Callable[[], Flight], write: Callable[[Flight], None], fo
     if ended:
         print(f"error: {ended}; its {len(flight.time)} samples are in {folder}", file=sys.stderr)
         return 130 if isinstance(ended, FlightInterrupted) else 1
-    replay = folder / "replay.html"
     print(flying.summary(flight))
-    print(f"written to {folder}" + (f"; to watch it, open {replay}" if replay.exists() else ""))
+    print(f"written to {folder}" + f"; to watch it, open {folder / 'replay.html'}" * (folder / "replay.html").exists())
     return 0
 
 

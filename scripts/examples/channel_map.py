@@ -6,6 +6,8 @@ candidate eta_m = C_m k/||k||^2, and from those inside its box it makes its answ
 fringes stray from the true ones, or stand where there is none.
 """
 
+if __name__ == "__main__":
+    import scripts.startup  # first, as the imports below take long
 import numpy as np
 from matplotlib.figure import Figure
 

@@ -1,5 +1,7 @@
 """The paper's law and level, their controller fed what they foresee: their height is right then, little else new."""
 
+if __name__ == "__main__":
+    import scripts.startup  # first, as the imports below take long
 import numpy as np
 from matplotlib.figure import Figure
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
@@ -28,8 +30,7 @@ class PathVelocity(LeafSystem):
 def fed(scenario: Scenario) -> Diagram:
     """A scenario's law that feeds its controller the path's velocity, no angular velocity, and hover."""
     builder, mpc = DiagramBuilder(), scenario.mpc
-    law = AttitudeReference(scenario.link, scenario.attitude_law, mpc.attitude_limit, mpc.horizon)
-    builder.AddSystem(law)
+    law = builder.AddSystem(AttitudeReference(scenario.link, scenario.attitude_law, mpc.attitude_limit, mpc.horizon))
     still, hover = np.zeros(3 * (mpc.horizon + 1)), np.tile(hover_input(scenario.airframe), mpc.horizon)
     for name, values in (("angular_velocity_preview", still), ("rotor_speed_squared_preview", hover)):
         builder.ExportOutput(builder.AddSystem(ConstantVectorSource(values)).get_output_port(), name)

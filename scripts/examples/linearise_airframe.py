@@ -5,6 +5,8 @@ four long from roll and pitch to the position. The plant holds attitude as a qua
 one more is the quaternion's norm, which no input moves. On the rest the MPC's prediction model is the same.
 """
 
+if __name__ == "__main__":
+    import scripts.startup  # first, as the imports below take long
 import numpy as np
 from matplotlib.figure import Figure
 from pydrake.systems.primitives import Linearize

@@ -4,6 +4,8 @@ The vehicle starts 30 cm off its path, at rest and level, while the law asks for
 the end of the horizon its plan lets it sink: thrust costs, and of a fall the horizon shows only the beginning.
 """
 
+if __name__ == "__main__":
+    import scripts.startup  # first, as the imports below take long
 import numpy as np
 from matplotlib.figure import Figure
 from pydrake.math import RigidTransform

@@ -5,6 +5,8 @@ hexarotor can rest at an attitude when the rotor speeds that balance its weight 
 tilt of 20 deg the controller's +-15 deg are out of reach: at 11 deg of pitch the lower bound of 16 Hz binds.
 """
 
+if __name__ == "__main__":
+    import scripts.startup  # first, as the imports below take long
 from dataclasses import replace
 
 import numpy as np

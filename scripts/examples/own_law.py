@@ -3,6 +3,8 @@
 It asks only for what the vehicle can hover at; the paper's law asks for more than that, and pays in position.
 """
 
+if __name__ == "__main__":
+    import scripts.startup  # first, as the imports below take long
 import numpy as np
 from matplotlib.figure import Figure
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
@@ -42,12 +44,11 @@ def show(duration: float) -> Figure:
     paper = Scenario().with_value("simulation.duration", duration).validate()
     level = paper.with_value("attitude_law.name", "level").validate()
     laws = {"level": (level, None), "the paper's law": (paper, None), "own law": (paper, BestHoverable(paper))}
-    flights = {}
-    for name, (scenario, law) in laws.items():
-        flights[name] = run_flight(build_closed_loop(scenario, law=law), scenario)
-        got = compute_metrics(flights[name])
+    flown = {name: run_flight(build_closed_loop(scenario, law=law), scenario) for name, (scenario, law) in laws.items()}
+    for name, flight in flown.items():
+        got = compute_metrics(flight)
         print(f"{name}: {got['throughput_bit_per_hz']:.3f} bit/Hz, {got['position_error_max_m']:.3f} m astray at most")
-    return laws_figure(flights)
+    return laws_figure(flown)
 
 
 def main(argv: list[str] | None = None) -> int:
