@@ -21,9 +21,10 @@ from a2s_drake.scenario import Scenario
 _PACKAGE = Path(__file__).parents[1]
 SOURCES = [
     *sorted(source for source in Path(__file__).parent.glob("*.py") if source.stem not in ("keep", "reference")),
-    *(_PACKAGE / f"{name}.py" for name in ("airframe", "arrays", "attitude_law", "checks", "disturbances", "flatness")),
-    *(_PACKAGE / f"{name}.py" for name in ("field_values", "packages", "parameters", "paths", "piqp_solver", "quoting")),
-    *(_PACKAGE / f"{name}.py" for name in ("quadratic_form", "rotations", "scenario", "two_ray", "wiring", "yaml_reader")),
+    *(_PACKAGE / f"{name}.py" for name in ("airframe", "arrays", "attitude_law", "checks", "disturbances")),
+    *(_PACKAGE / f"{name}.py" for name in ("field_values", "flatness", "packages", "parameters", "paths")),
+    *(_PACKAGE / f"{name}.py" for name in ("piqp_solver", "quadratic_form", "quoting", "rotations", "scenario")),
+    *(_PACKAGE / f"{name}.py" for name in ("two_ray", "wiring", "yaml_reader")),
 ]
 _LIBRARIES = ("drake", "numpy", "piqp", "scipy")
 
