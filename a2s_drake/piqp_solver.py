@@ -119,7 +119,8 @@ class PiqpSolver(SolverInterface):
         if self._last is None:
             return False
         mine, solved, values = self._last
-        return mine is result and solved() is prog and np.array_equal(result.get_x_val(), values)
+        same_variables = mine is result and solved() is prog and values.size == prog.num_vars()
+        return same_variables and np.array_equal(result.get_x_val(), values)
 
 
 class _Workspace:
@@ -156,8 +157,10 @@ class _Workspace:
         return True
 
     def solve(self) -> tuple[SolutionResult, FloatArray]:
+        """How it went, and the decision variables."""
         status = self._solver.solve()
-        return self._outcomes.get(status, SolutionResult.kSolverSpecificError), self._solver.result.x
+        # A copy, since PIQP's own answer is a view of memory that its next solve overwrites.
+        return self._outcomes.get(status, SolutionResult.kSolverSpecificError), self._solver.result.x.copy()
 
     @property
     def iterations(self) -> int:
