@@ -116,10 +116,11 @@ class PiqpSolver(SolverInterface):
 
     def _is_bound(self, result: MathematicalProgramResult, prog: MathematicalProgram) -> bool:
         """Whether a result is known to speak of a program's variables: the last one of ours, still as we left it."""
+        size = prog.num_vars()
         if self._last is None:
             return False
         mine, solved, values = self._last
-        same_variables = mine is result and solved() is prog and values.size == prog.num_vars()
+        same_variables = mine is result and solved() is prog and values.size == size
         return same_variables and np.array_equal(result.get_x_val(), values)
 
 
