@@ -116,6 +116,7 @@ def compute_metrics(flight: Flight) -> dict[str, Any]:
     return {
         "law": flight.scenario.attitude_law.name,
         "samples": len(flight.time),
+        "complete": len(flight.time) == len(flight.scenario.sample_times()),
         "throughput_bit_per_hz": throughput(flight),
         "outage": {f"{threshold:g}": fraction for threshold, fraction in outage(flight).items()},
         "position_error_max_m": float(error.max()),

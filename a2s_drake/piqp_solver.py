@@ -116,10 +116,12 @@ class PiqpSolver(SolverInterface):
 
     def _is_bound(self, result: MathematicalProgramResult, prog: MathematicalProgram) -> bool:
         """Whether a result is known to speak of a program's variables: the last one of ours, still as we left it."""
+        size = prog.num_vars()
         if self._last is None:
             return False
         mine, solved, values = self._last
-        return mine is result and solved() is prog and np.array_equal(result.get_x_val(), values)
+        same_variables = mine is result and solved() is prog and values.size == size
+        return same_variables and np.array_equal(result.get_x_val(), values)
 
 
 class _Workspace:
@@ -156,8 +158,10 @@ class _Workspace:
         return True
 
     def solve(self) -> tuple[SolutionResult, FloatArray]:
+        """How it went, and the decision variables."""
         status = self._solver.solve()
-        return self._outcomes.get(status, SolutionResult.kSolverSpecificError), self._solver.result.x
+        # A copy, since PIQP's own answer is a view of memory that its next solve overwrites.
+        return self._outcomes.get(status, SolutionResult.kSolverSpecificError), self._solver.result.x.copy()
 
     @property
     def iterations(self) -> int:

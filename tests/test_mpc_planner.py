@@ -74,6 +74,7 @@ def test_then_they_are_softened_around_a_fresh_guess(scenario: Scenario) -> None
 @pytest.mark.parametrize(
     "failure", [None, RuntimeError("no"), SystemExit("Drake"), Plan(np.full((31, 12), np.nan), np.ones((30, 6)))]
 )
+@pytest.mark.filterwarnings("ignore:the solver raised")  # see test_solver_errors.py
 def test_then_the_previous_plan_is_shifted(failure: object, scenario: Scenario) -> None:
     dut, _ = planner(scenario, failure, failure, failure)
     previous = some_plan()

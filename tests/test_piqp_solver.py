@@ -1,6 +1,8 @@
 import gc
 import sys
 import weakref
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +16,9 @@ from pydrake.solvers import (
     SolverOptions,
 )
 
+from a2s_drake import Scenario, piqp_solver, run_flight
 from a2s_drake.piqp_solver import PiqpSolver
+from diagrams import build_closed_loop
 
 TIGHT = SolverOptions()
 for name in ("eps_abs", "eps_duality_gap_abs"):
@@ -125,6 +129,68 @@ def test_a_result_may_go_from_program_to_program() -> None:
     ClarabelSolver().Solve(other, None, None, result)
     dut.Solve(one, None, None, result)
     np.testing.assert_array_equal(result.GetSolution(x), expected[0])
+
+
+def test_a_program_that_grows_reaches_the_result_passed_in() -> None:
+    prog, x = feasible_program(7)
+    dut = PiqpSolver()
+    result = dut.Solve(prog)
+    before = result.GetSolution(x)
+    y = prog.NewContinuousVariables(1)
+    prog.AddQuadraticErrorCost(np.eye(1), [2.0], y)
+    dut.Solve(prog, None, TIGHT, result)
+    np.testing.assert_allclose(result.GetSolution(y), [2.0], atol=1e-6)
+    np.testing.assert_allclose(result.GetSolution(x), before, atol=1e-4)
+
+
+class Counter:
+    """Passes calls on to what it stands for, and counts them."""
+
+    def __init__(self, genuine: Callable[..., Any]) -> None:
+        self.genuine, self.calls = genuine, 0
+
+    def __call__(self, *arguments: Any) -> Any:
+        self.calls += 1
+        return self.genuine(*arguments)
+
+
+def test_many_solves_set_a_program_up_once_and_bind_its_result_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    setups, bindings = Counter(piqp_solver._Workspace), Counter(piqp_solver._bind)
+    monkeypatch.setattr(piqp_solver, "_Workspace", setups)
+    monkeypatch.setattr(piqp_solver, "_bind", bindings)
+    options = SolverOptions()
+    options.SetOption(PiqpSolver.id(), "preconditioner_iter", 0)
+    prog, _ = feasible_program(5)
+    dut, result = PiqpSolver(), MathematicalProgramResult()
+    for slope in range(20):
+        prog.linear_costs()[0].evaluator().UpdateCoefficients([float(slope), 1.0])
+        assert dut.Solve(prog, None, options, result).is_success()
+    assert (setups.calls, bindings.calls) == (1, 1)
+
+
+def test_a_flight_binds_each_program_once(monkeypatch: pytest.MonkeyPatch, scenario: Scenario) -> None:
+    bindings = Counter(piqp_solver._bind)
+    monkeypatch.setattr(piqp_solver, "_bind", bindings)
+    short = scenario.with_overrides(["simulation.duration=0.4", "mpc.horizon=5"])
+    flight = run_flight(build_closed_loop(short), short)
+    assert len(flight.time) == 21
+    assert (flight.solver_success == 1).all()  # so the softened program never had its turn
+    assert bindings.calls == 1
+
+
+def test_a_later_solve_leaves_earlier_results_alone() -> None:
+    options = SolverOptions()
+    options.SetOption(PiqpSolver.id(), "preconditioner_iter", 0)
+    prog, x = feasible_program(7)
+    dut = PiqpSolver()
+    results, kept = [], []
+    for slope in (0.0, 3.0, -3.0):
+        prog.linear_costs()[0].evaluator().UpdateCoefficients([slope, slope])
+        results.append(dut.Solve(prog, None, options))
+        kept.append(results[-1].GetSolution(x).copy())
+    assert np.abs(np.diff(kept, axis=0)).max(axis=1).min() > 1e-3  # three different answers
+    for result, values in zip(results, kept, strict=True):
+        np.testing.assert_array_equal(result.GetSolution(x), values)
 
 
 def test_options_of_the_program_count_and_those_of_the_call_count_more() -> None:

