@@ -1,11 +1,13 @@
 """The drawings: one file, one Diagram. `BUILDERS` names them; `SCENARIOS` is the file of named scenarios."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
 from pydrake.systems.framework import Diagram
 
 from a2s_drake.checks import ScenarioError
+from a2s_drake.files import DamagedFileError, read_text
 from a2s_drake.scenario import Scenario
 from diagrams.airframe_only import build_airframe_only
 from diagrams.closed_loop import build_closed_loop
@@ -29,13 +31,13 @@ def load_scenario(name_or_path: str) -> Scenario:
     path = Path(name_or_path)
     if path.suffix in (".yaml", ".yml"):
         try:
-            text = path.read_text(encoding="utf-8")
+            text = read_text(path)
         except OSError as error:
             raise ScenarioError(f"{path}: {error.strerror}") from error
-        except UnicodeDecodeError as error:
-            raise ScenarioError(f"{path}: is not UTF-8 text") from error
+        except DamagedFileError as error:
+            raise ScenarioError(error) from error
         return Scenario.from_yaml(text, source=str(path))
-    if path.is_file():
+    if os.path.isfile(path):  # noqa: PTH113  Python 3.11's `Path.is_file` refuses names that are too long
         raise ScenarioError(f"{path}: a scenario file ends in .yaml or .yml")
     return Scenario.from_yaml(SCENARIOS.read_text(encoding="utf-8"), name=name_or_path, source=SCENARIOS.name)
 

@@ -6,11 +6,11 @@ import os
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import NoReturn
 
-from a2s_drake import Scenario, ScenarioError
+from a2s_drake import Scenario, ScenarioError, files
 from a2s_drake.parameters import EVERY_LAW
 from a2s_drake.replay import Scene, start_meshcat
 from diagrams import load_scenario
@@ -18,6 +18,19 @@ from diagrams import load_scenario
 
 class UsageError(Exception):
     """Input that cannot be worked with; a script prints its one line and returns 2."""
+
+
+class ResultsError(OSError):
+    """Results that cannot be written; its one line also says what is kept."""
+
+
+@contextlib.contextmanager
+def what_is_kept(words: str) -> Iterator[None]:
+    """Raises ResultsError, which adds what is kept, for an OSError of the code inside."""
+    try:
+        yield
+    except OSError as failure:
+        raise ResultsError(f"{failure}; {words}") from failure
 
 
 class Parser(argparse.ArgumentParser):
@@ -41,6 +54,9 @@ def run(main: Callable[[], int]) -> NoReturn:
         # The reader of our output has left; what there was to write to disk is written.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0
+    except OSError as failure:  # a full or failing disk, in what a script does not handle itself
+        print(f"error: {failure}", file=sys.stderr)
+        code = 1
     if code == 130 and _are_stuck(thread for thread in threading.enumerate() if not thread.daemon):
         sys.stdout.flush()
         sys.stderr.flush()
@@ -79,7 +95,7 @@ def add_set_argument(parser: argparse.ArgumentParser) -> None:
 
 def add_out_argument(parser: argparse.ArgumentParser, default: str) -> None:
     """Adds `[--out DIR]`."""
-    parser.add_argument("--out", type=_folder, metavar="DIR", help=f"where to write (default: {default})")
+    parser.add_argument("--out", type=place, metavar="DIR", help=f"where to write (default: {default})")
 
 
 def add_jobs_argument(parser: argparse.ArgumentParser) -> None:
@@ -95,9 +111,10 @@ def add_law_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plan-within", type=float, metavar="S", help=help_text)
 
 
-def _folder(text: str) -> Path:
-    if not text:
-        raise argparse.ArgumentTypeError("must name a folder")
+def place(text: str) -> Path:
+    """The type of an argument that names a folder or a file."""
+    if not text or "\0" in text:
+        raise argparse.ArgumentTypeError(f"{text!r} must name a folder or a file")
     return Path(text)
 
 
@@ -133,18 +150,25 @@ def default_folder(arguments: argparse.Namespace) -> Path:
     return Path("results") / (path.parent.name if path.stem == "scenario" else path.stem)
 
 
+def check_folder(folder: Path) -> None:
+    """Raises UsageError unless a folder for results can be made and written to. Makes nothing."""
+    try:
+        files.check_folder(folder)
+    except OSError as error:
+        raise UsageError(f"--out {folder}: cannot be made or written to: {error.strerror}") from error
+
+
 def make_folder(folder: Path) -> None:
     """Makes a folder for results before anything is computed.
 
     Raises:
       UsageError: when it cannot be made or written to.
     """
+    check_folder(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"--out {folder}: cannot be made: {error.strerror}") from error
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise UsageError(f"--out {folder}: cannot be written to")
 
 
 def make_study_folder(out: Path | None, default: str, *parts: str) -> Path:
@@ -165,8 +189,10 @@ def check_file(path: Path, option: str) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"{option} {path}: its folder cannot be made: {error.strerror}") from error
-    if path.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):
-        raise UsageError(f"{option} {path}: cannot be written")
+    try:
+        files.check_writable(path)
+    except OSError as error:
+        raise UsageError(f"{option} {path}: cannot be written: {error.strerror}") from error
 
 
 def check_jobs(jobs: int) -> None:
