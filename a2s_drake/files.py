@@ -31,10 +31,9 @@ def written_whole(path: Path) -> Iterator[Path]:
     Raises:
       OSError: when the disk refuses, or `path` is there and is no regular file; names `path`.
     """
-    part: Path | None = None
+    target, mode = _destination(path)
+    part = _reserve(target.parent, path)
     try:
-        target, mode = _destination(path)
-        part = _reserve(target.parent)
         if mode is not None:
             # What was for its owner alone stays so while it is written. The owner must be able to write.
             part.chmod(mode | stat.S_IWUSR)
@@ -48,9 +47,8 @@ def written_whole(path: Path) -> Iterator[Path]:
             error.filename, error.filename2 = str(path), None
         raise
     finally:
-        if part is not None:
-            with contextlib.suppress(OSError):
-                part.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            part.unlink(missing_ok=True)
 
 
 def check_writable(path: Path) -> None:
@@ -59,12 +57,8 @@ def check_writable(path: Path) -> None:
     Raises:
       OSError: when it cannot; names the file.
     """
-    try:
-        target, _ = _destination(path)
-        _reserve(target.parent).unlink()
-    except OSError as error:
-        error.filename, error.filename2 = str(path), None
-        raise
+    target, _ = _destination(path)
+    _reserve(target.parent, path).unlink()
 
 
 def check_folder(folder: Path) -> None:
@@ -98,10 +92,18 @@ def _destination(path: Path) -> tuple[Path, int | None]:
     return Path(os.path.realpath(path)), stat.S_IMODE(found.st_mode)
 
 
-def _reserve(folder: Path) -> Path:
-    """A new empty file in a folder. Its name is short, so that any name the folder allows can be written."""
+def _reserve(folder: Path, path: Path) -> Path:
+    """A new empty file in a folder. Its name is short, so that any name the folder allows can be written.
+
+    Raises:
+      OSError: when it cannot be made; names the file `path` that it is for.
+    """
     part = folder / f".part-{secrets.token_hex(8)}"
-    part.touch(exist_ok=False)
+    try:
+        part.touch(exist_ok=False)
+    except OSError as error:
+        error.filename = str(path)
+        raise
     return part
 
 

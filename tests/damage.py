@@ -1,7 +1,9 @@
-"""Ways to damage a file, and what must come of it."""
+"""Ways to damage a file or a disk, and what must come of it."""
 
+import contextlib
 import io
-from collections.abc import Callable
+import resource
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,17 @@ from a2s_drake.files import DamagedFileError
 from a2s_drake.planned.keep import OtherPlanError
 
 FLIPS = 400
+
+
+@contextlib.contextmanager
+def full_disk(size: int) -> Iterator[None]:
+    """Has every file refuse to grow beyond so many bytes, as on a disk that is full."""
+    before, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, most))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (before, most))
 
 
 def content(path: Path) -> dict[str, np.ndarray]:
