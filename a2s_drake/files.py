@@ -44,7 +44,7 @@ def written_whole(path: Path) -> Iterator[Path]:
     except OSError as error:
         # A failed write() knows no file name, and the name of the part would tell the user nothing.
         if error.errno is not None and error.filename in (None, part, str(part)):
-            error.filename, error.filename2 = str(path), None
+            raise OSError(error.errno, error.strerror, str(path)) from error
         raise
     finally:
         with contextlib.suppress(OSError):

@@ -190,9 +190,8 @@ def test_a_folder_that_root_itself_cannot_write_to_is_refused() -> None:
 
 
 def test_a_full_disk_names_the_file_and_leaves_it_as_it_was(file: Path) -> None:
-    with full_disk(1000), pytest.raises(OSError, match="File too large") as error:
+    with full_disk(1000), pytest.raises(OSError, match=rf"^\[Errno 27\] File too large: '{file}'$"):
         write(file, 2000 * "a")
-    assert error.value.filename == str(file)
     assert file.read_text() == "old"
     assert names(file.parent) == ["file"]
 
