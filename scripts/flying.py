@@ -95,12 +95,16 @@ def fly(
 
 def plan_quietly(scenario: Scenario, _place: int) -> None:
     """Makes and keeps the plan of a scenario, without a progress bar of its own."""
-    make_plan(scenario)
+    with warnings.catch_warnings():
+        show_warnings()  # A worker process does not know how its parent shows them.
+        make_plan(scenario)
 
 
 def fly_quietly(scenario: Scenario, _place: int) -> Flight:
     """Flies a validated scenario in closed loop, without a progress bar of its own."""
-    return run_flight(build_closed_loop(scenario), scenario)
+    with warnings.catch_warnings():
+        show_warnings()
+        return run_flight(build_closed_loop(scenario), scenario)
 
 
 def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> dict[str, Flight]:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from a2s_drake import Flight, Scenario
+from a2s_drake.campaign import worker_processes
 from a2s_drake.files import DamagedFileError
 from a2s_drake.planned import keep
 from a2s_drake.planned.keep import find_plan, kept_plan, load_plan, plan_file, save_plan
@@ -196,3 +197,15 @@ def test_a_campaign_makes_a_damaged_plan_once(small: Scenario, tmp_path: Path, m
     with pytest.warns(UserWarning, match=f"a kept plan is damaged and is made again: {file}"):
         assert set(flying.fly_campaign(both, tmp_path / "flights", 1)) == {"a", "b"}
     assert len(made) == 1
+
+
+def test_a_worker_process_warns_on_one_line(
+    small: Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    with worker_processes(1) as workers:
+        workers.submit(flying.plan_quietly, small, 0).result()
+        workers.submit(flying.fly_quietly, small.with_value("simulation.duration", 0.02), 0).result()
+    folder = tmp_path / "file" / "a2s_drake" / "plans"
+    assert capfd.readouterr().err == 2 * f"warning: the plan cannot be kept in {folder}: Not a directory\n"
