@@ -1,8 +1,6 @@
 """Flight: the log of one run of a diagram, and how it is flown, saved and loaded."""
 
 import csv
-import zipfile
-import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
@@ -15,7 +13,7 @@ from pydrake.systems.framework import Context, Diagram
 
 from a2s_drake.arrays import FloatArray
 from a2s_drake.divergence import Diverged, DivergenceMonitor
-from a2s_drake.files import written_whole
+from a2s_drake.files import DamagedFileError, read_table, write_arrays, written_whole
 from a2s_drake.mpc.controller import SolverStatus
 from a2s_drake.mpc.planner import Fallback as Fallback
 from a2s_drake.scenario import Scenario
@@ -103,13 +101,16 @@ class Flight:
         return {name: getattr(self, name)[row] for name in array_names()}
 
     def save(self, folder: Path | str) -> None:
-        """Writes `scenario.yaml` and `flight.npz` into a folder, which is made where it is missing."""
+        """Writes `scenario.yaml` and `flight.npz` into a folder, which is made where it is missing.
+
+        Where the disk refuses (OSError, which names the file), both stay as they were.
+        """
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        with written_whole(folder / "scenario.yaml") as part:
-            self.scenario.save(part)
-        with written_whole(folder / "flight.npz") as part, part.open("wb") as file:
-            np.savez_compressed(file, allow_pickle=False, **{name: getattr(self, name) for name in array_names()})
+        # Both take their places at the end, the log last: where it is missing, there is no flight.
+        with written_whole(folder / "flight.npz") as log, written_whole(folder / "scenario.yaml") as settings:
+            write_arrays(log, {name: getattr(self, name) for name in array_names()})
+            self.scenario.save(settings)
 
     def columns(self) -> dict[str, FloatArray]:
         """Every scalar of the log by a name that ends in its unit, as `save_csv` writes them, each of shape (n,).
@@ -139,16 +140,16 @@ class Flight:
         """Reads what `save` wrote.
 
         Raises:
-          OSError: when a file is missing; ScenarioError or ValueError, which name the file: when one is damaged.
+          OSError: when a file cannot be read; ScenarioError or ValueError, which name the file: when one is damaged.
         """
         folder = Path(folder)
         settings, log = folder / "scenario.yaml", folder / "flight.npz"
         scenario = Scenario.from_yaml(read_text(settings), source=str(settings))
-        try:
-            with log.open("rb") as file, np.load(file) as archive:
-                return cls(scenario, **{name: archive[name] for name in array_names()})
-        except (ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-            raise ValueError(f"{log}: {error}") from error
+        arrays = read_table(log, {name: len(columns) for name, columns in array_columns().items()})
+        time = arrays["time"]
+        if not (np.isfinite(time).all() and (time[:1] == 0.0).all() and (np.diff(time) > 0.0).all()):
+            raise DamagedFileError(f"{log}: time must start at 0 and increase")
+        return cls(scenario, **arrays, wall_clock=None)
 
 
 def _logged_fields() -> list[Field[Any]]:
@@ -285,6 +286,8 @@ def _read_input(diagram: Diagram, context: Context) -> dict[str, Any]:
 
 
 def _assemble(scenario: Scenario, rows: list[dict[str, Any]], total: float) -> Flight:
-    columns = {name: np.array([row[name] for row in rows]) for name in array_names()}
+    # Without a row NumPy could not tell how wide they are.
+    shapes = {name: (len(rows), len(names))[: min(len(names), 2)] for name, names in array_columns().items()}
+    columns = {name: np.array([row[name] for row in rows], float).reshape(shape) for name, shape in shapes.items()}
     clock = WallClock(np.array([row["step"] for row in rows]), total)
     return Flight(scenario, **columns, wall_clock=clock)

@@ -5,6 +5,7 @@ or a colon is a text, and so is a date. What a file of settings has no use for i
 that stand twice, anchors, aliases and tags.
 """
 
+import errno
 import math
 import re
 from pathlib import Path
@@ -83,8 +84,11 @@ def read_text(path: Path) -> str:
       OSError: when it cannot be read; ScenarioError, which names the file: when it is too long or not UTF-8.
     """
     shown = one_line(str(path), PATH_LENGTH)
-    with path.open("rb") as file:
-        content = file.read(4 * MAX_LENGTH + 1)
+    try:
+        with path.open("rb") as file:
+            content = file.read(4 * MAX_LENGTH + 1)
+    except ValueError as error:
+        raise OSError(errno.EINVAL, "the name is no file name", str(path)) from error
     if len(content) > 4 * MAX_LENGTH:
         raise ScenarioError(f"{shown}: {_TOO_LONG}")
     try:

@@ -23,7 +23,7 @@ def main(argv: list[str] | None = None) -> int:
     """Returns 0; 2 for input that cannot be flown; 1 for a flight that ended early; 130 when interrupted."""
     parser = common.Parser(description=__doc__)
     common.add_scenario_arguments(parser, default="paper_calibrated", out="results/benchmark")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the numbers there as well")
+    parser.add_argument("--json", type=common.place, metavar="FILE", help="write the numbers there as well")
     parser.add_argument("--no-peers", action="store_true", help="leave out other solvers, even where casadi is there")
     parser.add_argument("--peers-every", type=int, default=20, metavar="K", help="peers solve every K-th problem (20)")
     try:
@@ -42,9 +42,8 @@ def main(argv: list[str] | None = None) -> int:
     try:
         summary, growths = benchmark.run(lambda name, n: tqdm(total=n, desc=name, leave=False, disable=None).update)
     except (FlightEnded, KeyboardInterrupt) as ended:
-        if isinstance(ended, FlightEnded):
-            flying.write_results(ended.flight, folder / "ended")
-        print(f"error: {str(ended) or 'interrupted'}", file=sys.stderr)
+        samples = f"; {flying.keep_samples(ended, folder / 'ended')}" if isinstance(ended, FlightEnded) else ""
+        print(f"error: {str(ended) or 'interrupted'}{samples}", file=sys.stderr)
         return 130 if isinstance(ended, FlightInterrupted | KeyboardInterrupt) else 1
     print(benchmark_text(summary))
     if not peers and not arguments.no_peers:

@@ -6,11 +6,11 @@ import os
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import NoReturn
 
-from a2s_drake import Scenario, ScenarioError
+from a2s_drake import Scenario, ScenarioError, files
 from a2s_drake.parameters import EVERY_LAW
 from a2s_drake.quoting import MESSAGE_LENGTH, one_line
 from a2s_drake.replay import Scene, start_meshcat
@@ -24,6 +24,19 @@ class UsageError(Exception):
 
     def __init__(self, message: object) -> None:
         super().__init__(one_line(str(message), MESSAGE_LENGTH))
+
+
+class ResultsError(OSError):
+    """Results that cannot be written; its one line also says what is kept."""
+
+
+@contextlib.contextmanager
+def what_is_kept(words: str) -> Iterator[None]:
+    """Raises ResultsError, which adds what is kept, for an OSError of the code inside."""
+    try:
+        yield
+    except OSError as failure:
+        raise ResultsError(f"{failure}; {words}") from failure
 
 
 class Parser(argparse.ArgumentParser):
@@ -47,13 +60,15 @@ def run(main: Callable[[], int]) -> NoReturn:
         code = _outcome(main)
         interruption.end()
     except BaseException as error:
-        if not (interruption or isinstance(error, KeyboardInterrupt)):
+        if interruption or isinstance(error, KeyboardInterrupt):
+            reason, code = "interrupted", 130  # Other errors are what a library made of the interrupt.
+        elif isinstance(error, OSError):
+            reason, code = str(error), 1  # a full or failing disk, in what a script does not handle itself
+        else:
             raise
-        # Other errors are what a library made of the interrupt.
-        print("error: interrupted", file=sys.stderr)
+        print(f"error: {reason}", file=sys.stderr)
         streams.drop_unread_output()
         sys.stdout.flush()
-        code = 130
     code = interruption.code(code)
     if code > 128 and _are_stuck(thread for thread in threading.enumerate() if not thread.daemon):
         sys.stdout.flush()
@@ -109,7 +124,7 @@ def add_set_argument(parser: argparse.ArgumentParser) -> None:
 
 def add_out_argument(parser: argparse.ArgumentParser, default: str) -> None:
     """Adds `[--out DIR]`."""
-    parser.add_argument("--out", type=_folder, metavar="DIR", help=f"where to write (default: {default})")
+    parser.add_argument("--out", type=place, metavar="DIR", help=f"where to write (default: {default})")
 
 
 def add_jobs_argument(parser: argparse.ArgumentParser) -> None:
@@ -125,9 +140,10 @@ def add_law_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plan-within", type=float, metavar="S", help=help_text)
 
 
-def _folder(text: str) -> Path:
-    if not text:
-        raise argparse.ArgumentTypeError("must name a folder")
+def place(text: str) -> Path:
+    """The type of an argument that names a folder or a file."""
+    if not text or "\0" in text:
+        raise argparse.ArgumentTypeError(f"{text!r} must name a folder or a file")
     return Path(text)
 
 
@@ -180,18 +196,25 @@ def default_folder(arguments: argparse.Namespace) -> Path:
     return Path("results") / (shown or "scenario")
 
 
+def check_folder(folder: Path) -> None:
+    """Raises UsageError unless a folder for results can be made and written to. Makes nothing."""
+    try:
+        files.check_folder(folder)
+    except OSError as error:
+        raise UsageError(f"--out {folder}: cannot be made or written to: {error.strerror}") from error
+
+
 def make_folder(folder: Path) -> None:
     """Makes a folder for results before anything is computed.
 
     Raises:
       UsageError: when it cannot be made or written to.
     """
+    check_folder(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"--out {folder}: cannot be made: {error.strerror}") from error
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise UsageError(f"--out {folder}: cannot be written to")
 
 
 def make_study_folder(out: Path | None, default: str, *parts: str) -> Path:
@@ -212,8 +235,10 @@ def check_file(path: Path, option: str) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"{option} {path}: its folder cannot be made: {error.strerror}") from error
-    if path.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):
-        raise UsageError(f"{option} {path}: cannot be written")
+    try:
+        files.check_writable(path)
+    except OSError as error:
+        raise UsageError(f"{option} {path}: cannot be written: {error.strerror}") from error
 
 
 def check_jobs(jobs: int) -> None:

@@ -25,8 +25,9 @@ def main(argv: list[str] | None = None) -> int:
         own = common.resolve_scenario(arguments, [])
         laws = tuple(dict.fromkeys((*LAWS, own.attitude_law.name)))
         scenarios = {law: common.resolve_scenario(arguments, [f"attitude_law.name={law}"]) for law in laws}
-        flying.plan_ahead(own)
         folder = arguments.out or common.default_folder(arguments)
+        common.check_folder(folder)
+        flying.plan_ahead(own)
         common.make_folder(folder)
     except common.UsageError as error:
         print(f"error: {error}", file=sys.stderr)
@@ -35,18 +36,20 @@ def main(argv: list[str] | None = None) -> int:
     try:
         with worker_processes(arguments.jobs) as workers:
             for law, flight in fly_each(scenarios, flying.fly, workers):
-                done[law] = flight
                 flying.write_results(flight, folder / law)
-    except (FlightEnded, BrokenProcessPool, KeyboardInterrupt) as ended:
+                done[law] = flight
+    except (FlightEnded, BrokenProcessPool, OSError, KeyboardInterrupt) as ended:
+        reason = str(ended) or "interrupted"
         if isinstance(ended, FlightEnded):
-            flying.write_results(ended.flight, folder / ended.flight.scenario.attitude_law.name)
+            reason += f"; {flying.keep_samples(ended, folder / ended.flight.scenario.attitude_law.name)}"
         kept = ", ".join(done) or "none"
-        print(f"error: {str(ended) or 'interrupted'}; flown to the end and kept in {folder}: {kept}", file=sys.stderr)
+        print(f"error: {reason}; flown to the end and kept in {folder}: {kept}", file=sys.stderr)
         return 130 if isinstance(ended, KeyboardInterrupt) else 1
     flights = {law: done[law] for law in laws}
-    save_figure(channel_gain_figure(flights), folder / "channel_gain")
-    save_figure(attitude_figure(flights["three_axis"]), folder / "attitude")
     print(comparison_table(flights))
+    with common.what_is_kept(f"the flights are in {folder}"):
+        save_figure(channel_gain_figure(flights), folder / "channel_gain")
+        save_figure(attitude_figure(flights["three_axis"]), folder / "attitude")
     print(f"\nflights and pictures (channel_gain, attitude; PNG and SVG) are in {folder}")
     return 0
 

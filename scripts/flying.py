@@ -1,6 +1,5 @@
 """Flying for the scripts: plans, one flight or many, and what is written of them."""
 
-import contextlib
 import sys
 import warnings
 from collections.abc import Callable, Mapping
@@ -15,17 +14,18 @@ import a2s_drake
 import diagrams
 from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, ScenarioError, compute_metrics, run_flight
 from a2s_drake.campaign import fly_each, worker_processes
+from a2s_drake.files import held, written_whole
 from a2s_drake.flight import Sample
 from a2s_drake.interrupts import interrupts_put_off
 from a2s_drake.metrics import write_metrics
-from a2s_drake.planned.keep import kept_plan, load_plan, plan_file, save_plan
+from a2s_drake.planned.keep import OtherPlanError, find_plan, kept_plan, load_plan, make_plan, plan_file, save_plan
 from a2s_drake.planned.plan import Progress
 from a2s_drake.planned.reference import PlannedReference
 from a2s_drake.planned.spline import AttitudeSpline
 from a2s_drake.replay import write_replay
 from a2s_drake.store import FlightStore, code_digest, fly_kept
 from diagrams import build_closed_loop
-from scripts.common import UsageError, show_warnings
+from scripts.common import UsageError, show_warnings, what_is_kept
 
 # The file of a flight's folder that holds its plan.
 PLAN = "plan.npz"
@@ -46,7 +46,8 @@ def plan_ahead(
 
     Args:
       time_limit: wall-clock seconds after which the best plan so far will do.
-      beside: the folder of an earlier flight; the plan in it is taken where it is one for this scenario.
+      beside: the folder of an earlier flight; the plan in it is taken where it is one for this scenario. Where it is
+        damaged, a warning names it.
     Raises:
       UsageError: when there is a time limit and nothing to plan, or the mission cannot be planned.
     """
@@ -57,8 +58,12 @@ def plan_ahead(
     if time_limit is not None and not time_limit >= 0.0:
         raise UsageError(f"--plan-within {time_limit}: must be at least 0")
     if beside is not None:
-        with contextlib.suppress(OSError):
+        try:
             return load_plan(beside / PLAN, scenario)
+        except (FileNotFoundError, NotADirectoryError, OtherPlanError):
+            pass
+        except (OSError, ValueError) as error:
+            warnings.warn(f"the plan beside the scenario is damaged and is not flown: {error}", stacklevel=2)
     try:
         with tqdm(desc="planning", unit=" steps", leave=False, disable=None) as bar:
 
@@ -91,12 +96,16 @@ def fly(
 
 def plan_quietly(scenario: Scenario, _place: int) -> None:
     """Makes and keeps the plan of a scenario, without a progress bar of its own."""
-    kept_plan(scenario)
+    with warnings.catch_warnings():
+        show_warnings()  # A worker process does not know how its parent shows them.
+        make_plan(scenario)
 
 
 def fly_quietly(scenario: Scenario, _place: int) -> Flight:
     """Flies a validated scenario in closed loop, without a progress bar of its own."""
-    return run_flight(build_closed_loop(scenario), scenario)
+    with warnings.catch_warnings():
+        show_warnings()
+        return run_flight(build_closed_loop(scenario), scenario)
 
 
 def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> dict[str, Flight]:
@@ -119,9 +128,8 @@ def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> di
     except KeyboardInterrupt:
         raise CampaignEnded(f"interrupted; {kept}", 130) from None
     except FlightEnded as ended:
-        write_results(ended.flight, folder / "ended")
         code = 130 if isinstance(ended, FlightInterrupted) else 1
-        raise CampaignEnded(f"{ended}; its samples are in {folder / 'ended'}, {kept}", code) from ended
+        raise CampaignEnded(f"{ended}; {keep_samples(ended, folder / 'ended')}; {kept}", code) from ended
     except (OSError, BrokenProcessPool) as failure:
         raise CampaignEnded(f"{failure}; {kept}", 1) from failure
     except ScenarioError as refused:  # by the planner, which asks more of a scenario than its validation can
@@ -129,11 +137,11 @@ def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> di
 
 
 def _plan_each(scenarios: Mapping[str, Scenario], workers: Executor) -> None:
-    """Makes every plan that these flights need and that is not kept, each of them once."""
+    """Makes every plan that these flights need and that is not kept whole, each of them once."""
     needed = {
         plan_file(scenario): scenario for scenario in scenarios.values() if scenario.attitude_law.name == "planned"
     }
-    missing = {file.name: scenario for file, scenario in needed.items() if not file.exists()}
+    missing = {file.name: scenario for file, scenario in needed.items() if find_plan(scenario) is None}
     if missing:
         made = fly_each(missing, plan_quietly, workers)
         for _ in tqdm(made, desc="planning", total=len(missing), unit="plan", leave=False, disable=None):
@@ -150,10 +158,20 @@ def fly_study(
         print(f"error: {ended}", file=sys.stderr)
         return ended.code
     report = tell(flights)
-    (out / file).write_text(report + "\n", encoding="utf-8")
     print(report)
+    with what_is_kept(f"the flights are in {out / 'flights'}"), written_whole(out / file) as part:
+        part.write_text(report + "\n", encoding="utf-8")
     print(f"\n{file} and the flights are in {out}")
     return 0
+
+
+def keep_samples(ended: FlightEnded, folder: Path) -> str:
+    """Writes what there is of a flight that ended early; says in words where it is, or why it is nowhere."""
+    try:
+        write_results(ended.flight, folder)
+    except OSError as failure:
+        return f"its samples are lost: {failure}"
+    return f"its {len(ended.flight.time)} samples are in {folder}"
 
 
 @interrupts_put_off()
@@ -162,22 +180,32 @@ def write_results(
 ) -> None:
     """Writes scenario.yaml, flight.npz, the plan if any, where there is a sample metrics.json, and what is asked for.
 
-    What is there of an earlier flight goes, so that all in the folder is of one, even after an interrupt.
+    What is there of an earlier flight goes, so that all in the folder is of one, even after an interrupt. Of two
+    processes that write into the same folder at the same time, one waits for the other.
 
     Raises:
-      OSError: when the disk refuses, or the replay cannot be made.
+      ResultsError: when the disk refuses, or the replay cannot be made; says what is kept.
     """
-    for name in ("metrics.json", "flight.csv", "replay.html", PLAN):
-        (folder / name).unlink(missing_ok=True)
-    flight.save(folder)
-    if plan is not None:
-        save_plan(plan, folder / PLAN, flight.scenario)
-    if csv:
-        flight.save_csv(folder / "flight.csv")
-    if len(flight.time):
-        write_metrics(flight, folder)
-        if replay:
-            write_replay(flight, folder / "replay.html")
+    with what_is_kept(f"{folder} is as it was"):
+        folder.mkdir(parents=True, exist_ok=True)
+    with held(folder):
+        with what_is_kept(f"{folder} is as it was"):
+            if plan is None:
+                flight.save(folder)
+            else:
+                with written_whole(folder / PLAN) as part:
+                    save_plan(plan, part, flight.scenario)
+                    flight.save(folder)
+        # Only now is the new flight safe, and what is left of the one before can go.
+        with what_is_kept(f"the flight itself is in {folder}"):
+            for name in ("metrics.json", "flight.csv", "replay.html", *([] if plan else [PLAN])):
+                (folder / name).unlink(missing_ok=True)
+            if len(flight.time):
+                write_metrics(flight, folder)
+            if csv:
+                flight.save_csv(folder / "flight.csv")
+            if replay and len(flight.time):
+                write_replay(flight, folder / "replay.html")
 
 
 def summary(flight: Flight) -> str:

@@ -36,7 +36,8 @@ def main(argv: list[str] | None = None) -> int:
         return ended.code
     # Both bases are named scenarios: there is nothing in them that planning could refuse.
     unbounded = None if arguments.quick else flying.plan_ahead(without_rate_bound(bases[PRINTED]))
-    results = publish(bases, flights, out, unbounded)
+    with common.what_is_kept(f"flights done are kept in {out / 'flights'}"):
+        results = publish(bases, flights, out, unbounded)
     gains = results["headline"]["gain_percent"]
     print(f"three axes over level {gains['over_level']:+.2f} %, over pitch only {gains['over_pitch_only']:+.2f} %")
     if not arguments.quick:

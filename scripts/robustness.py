@@ -4,6 +4,7 @@ if __name__ == "__main__":
     import scripts.startup  # first, as the imports below take long
 import sys
 from functools import partial
+from pathlib import Path
 
 from a2s_drake import ScenarioError
 from a2s_drake.robustness import robustness_scenarios, robustness_table
@@ -22,6 +23,7 @@ def main(argv: list[str] | None = None) -> int:
         common.check_jobs(arguments.jobs)
         base = common.resolve_scenario(arguments, [])
         scenarios = robustness_scenarios(base)
+        common.check_folder(arguments.out or Path("results/robustness"))
         flying.plan_ahead(base)  # What cannot be planned is refused before anything is written.
         out = common.make_study_folder(arguments.out, "results/robustness")
     except (common.UsageError, ScenarioError) as error:

@@ -3,7 +3,6 @@
 if __name__ == "__main__":
     import scripts.startup  # first, as the imports below take long
 import sys
-from pathlib import Path
 
 from a2s_drake.files import written_whole
 from a2s_drake.graph import FORMATS, GraphvizError, read_graph
@@ -21,7 +20,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--scenario", default="paper", help="as for simulate.py (default: %(default)s)")
     common.add_set_argument(parser)
     parser.set_defaults(duration=None)
-    parser.add_argument("--out", type=Path, metavar="FILE", help="where to write (default: to the terminal)")
+    parser.add_argument("--out", type=common.place, metavar="FILE", help="where to write (default: to the terminal)")
     try:
         arguments = parser.parse_args(argv)
         if arguments.list:

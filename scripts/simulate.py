@@ -23,6 +23,7 @@ def main(argv: list[str] | None = None) -> int:
         arguments = parser.parse_args(argv)
         scenario = common.resolve_scenario(arguments, [f"attitude_law.name={arguments.law}"] if arguments.law else [])
         folder = arguments.out or common.default_folder(arguments) / scenario.attitude_law.name
+        common.check_folder(folder)
         plan = flying.plan_ahead(scenario, arguments.plan_within, Path(arguments.scenario).parent)
         common.make_folder(folder)
         view = common.open_live_view(scenario) if arguments.meshcat else None
@@ -45,7 +46,7 @@ def fly_and_write(fly: Callable[[], Flight], write: Callable[[Flight], None], fo
     try:
         write(flight)
     except OSError as failure:
-        print(f"error: {failure}", file=sys.stderr)
+        print(f"error: {f'{ended}; ' if ended else ''}{failure}", file=sys.stderr)
         return 1
     if ended:
         print(f"error: {ended}; its {len(flight.time)} samples are in {folder}", file=sys.stderr)

@@ -9,6 +9,8 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from a2s_drake.files import written_whole
+
 # Column width of a two-column paper, in.
 COLUMN = 8.5 / 2.54
 
@@ -65,10 +67,15 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def save_figure(figure: Figure, stem: Path) -> None:
-    """Writes a figure as PNG (300 dpi) and SVG beside each other, `stem` with either suffix."""
-    with mpl.rc_context(_RC):
-        figure.savefig(stem.with_suffix(".png"), dpi=300)
-        figure.savefig(stem.with_suffix(".svg"), metadata={"Date": None})
+    """Writes a figure as PNG (300 dpi) and SVG beside each other, `stem` with either suffix, each of them whole.
+
+    Raises:
+      OSError: when the disk refuses; names the file.
+    """
+    options: dict[str, dict[str, Any]] = {"png": {"dpi": 300}, "svg": {"metadata": {"Date": None}}}
+    for kind, settings in options.items():
+        with mpl.rc_context(_RC), written_whole(stem.with_suffix(f".{kind}")) as part:
+            figure.savefig(part, format=kind, **settings)
 
 
 def column_figure(height: float) -> Figure:

@@ -58,7 +58,16 @@ class Certificate:
     @property
     def holds(self) -> bool:
         """Whether every limit is kept, and the plan starts level and starts and ends at rest."""
-        return min(self.margins.values()) >= 0.0 and self.rest_error <= _REST_TOLERANCE
+        return not self.broken
+
+    @property
+    def broken(self) -> str:
+        """What is broken and by how much, in words; an empty text where nothing is."""
+        # A margin that is not a number counts as broken.
+        parts = [f"{name} by {-100.0 * left:.2g} %" for name, left in self.margins.items() if not left >= 0.0]
+        if not self.rest_error <= _REST_TOLERANCE:
+            parts.append(f"rest at the start or the end by {self.rest_error:.2g}")
+        return ", ".join(parts)
 
 
 def certify(spline: AttitudeSpline, scenario: Scenario, samples_per_second: float) -> Certificate:
