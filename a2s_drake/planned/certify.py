@@ -58,7 +58,8 @@ class Certificate:
     @property
     def holds(self) -> bool:
         """Whether every limit is kept, and the plan starts level and starts and ends at rest."""
-        return min(self.margins.values()) >= 0.0 and self.rest_error <= _REST_TOLERANCE
+        # Each margin by itself, because `min` passes over NaN.
+        return all(margin >= 0.0 for margin in self.margins.values()) and self.rest_error <= _REST_TOLERANCE
 
 
 def certify(spline: AttitudeSpline, scenario: Scenario, samples_per_second: float) -> Certificate:
