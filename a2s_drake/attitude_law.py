@@ -75,8 +75,9 @@ def soft_min(offsets: Array, norm: Array, feasible: Array, temperature: float) -
     Returns:
       shape (n,), rad.
     """
-    angles = offsets / norm[:, np.newaxis]
-    squares = angles * angles  # AutoDiffXd warns of an invalid value in `** 2`
+    ratios = offsets / norm[:, np.newaxis]
+    # Not `ratios**2`: recent NumPy warns of an invalid value when it raises a negative AutoDiffXd to a power.
+    squares = ratios * ratios
     found = feasible.any(axis=-1)
     smallest = np.where(feasible, _values(squares), np.inf).min(axis=-1)
     # The mask stands inside the exponential too, so that no excluded candidate, smaller perhaps, can overflow it.

@@ -49,9 +49,11 @@ class Scenario:
 
     def samples_until(self, end: float) -> FloatArray:
         """The controller's sampling instants from 0 to an end, s, shape (n,)."""
+        return self.mpc.period * np.arange(self._count_until(end), dtype=np.float64)
+
+    def _count_until(self, end: float) -> int:
         # The tolerance keeps the last sample of a duration that is a multiple of T_s but for rounding.
-        count = int(end / self.mpc.period + 1e-9) + 1
-        return self.mpc.period * np.arange(count, dtype=np.float64)
+        return int(end / self.mpc.period + 1e-9) + 1
 
     @classmethod
     def from_yaml(cls, text: str, *, name: str | None = None, source: str = "YAML") -> Self:
@@ -159,7 +161,7 @@ class Scenario:
         if self.duration < period:
             name = "mission.duration" if self.simulation.duration is None else "simulation.duration"
             raise refuse(name, self.duration, f"must be at least one period, mpc.period = {period!r} s")
-        if max(self.duration, self.mission.duration) > _MAX_SAMPLES * period:
+        if self._count_until(max(self.duration, self.mission.duration)) > _MAX_SAMPLES:
             raise refuse("mpc.period", period, f"must give at most {_MAX_SAMPLES} samples over the flight's duration")
 
     def _check_hover(self) -> None:

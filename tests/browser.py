@@ -4,9 +4,12 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+
+if TYPE_CHECKING:  # Tests that open no page run without Playwright.
+    from playwright.sync_api import Browser, Page
 
 # No sandbox, since containers run as root; WebGL by software, since they have no GPU; no calls home.
 ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic"]
@@ -14,12 +17,14 @@ ARGUMENTS += ["--no-first-run", "--disable-background-networking", "--disable-co
 
 
 @pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
+def browser() -> Iterator["Browser"]:
     """The machine's Chromium; tests that need it skip where there is none, unless DEMAND_BROWSER is set."""
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
         assert not os.environ.get("DEMAND_BROWSER"), "DEMAND_BROWSER is set and there is no Chromium"
         pytest.skip("no Chromium on this machine")
+    from playwright.sync_api import sync_playwright
+
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=ARGUMENTS)
         yield browser
@@ -27,7 +32,7 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture
-def open_page(browser: Browser) -> Iterator[Callable[..., Page]]:
+def open_page(browser: "Browser") -> Iterator[Callable[..., "Page"]]:
     """Opens a file in a tab of its own. At the end no tab may have fetched anything or raised an error.
 
     A page that consists of several files names the `folder` that holds them all, and may load from it.
@@ -36,7 +41,7 @@ def open_page(browser: Browser) -> Iterator[Callable[..., Page]]:
     fetched: list[str] = []
     errors: list[str] = []
 
-    def open_one(path: Path, width: int = 1300, height: int = 900, folder: Path | None = None) -> Page:
+    def open_one(path: Path, width: int = 1300, height: int = 900, folder: Path | None = None) -> "Page":
         tab = browser.new_page(viewport={"width": width, "height": height})
         tabs.append(tab)
         own = path.resolve().as_uri()

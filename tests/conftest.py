@@ -1,3 +1,4 @@
+import contextlib
 import copy
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -5,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import settings
 
 from a2s_drake import Flight, Scenario, run_flight
 from a2s_drake.ideal import ideal_study
@@ -15,9 +15,12 @@ from tests.browser import browser, open_page
 
 __all__ = ["browser", "open_page"]
 
-# The same examples on every machine and every run.
-settings.register_profile("reproducible", derandomize=True, deadline=None)
-settings.load_profile("reproducible")
+with contextlib.suppress(ModuleNotFoundError):  # Many tests need no Hypothesis.
+    from hypothesis import settings
+
+    # The same examples on every machine and every run.
+    settings.register_profile("reproducible", derandomize=True, deadline=None)
+    settings.load_profile("reproducible")
 
 
 @pytest.fixture(scope="session", autouse=True)

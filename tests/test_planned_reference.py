@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from a2s_drake import Flight, Mpc, Scenario, ScenarioError, attitude_reference, compute_metrics, run_flight
-from a2s_drake.airframe import wrench_map
 from a2s_drake.metrics import position_error
 from a2s_drake.mpc.model import RigidBodyModel
 from a2s_drake.paths import uav_position
@@ -14,7 +13,6 @@ from a2s_drake.planned import keep
 from a2s_drake.planned.keep import SOURCES, kept_plan, load_plan, plan_file, plan_key
 from a2s_drake.planned.reference import PlannedReference
 from a2s_drake.planned.spline import AttitudeSpline
-from a2s_drake.rotations import rotation_matrix
 from diagrams import build_closed_loop, build_link_only, load_scenario
 from scripts import simulate
 from tests.markdown import ROOT
@@ -63,18 +61,6 @@ def test_what_the_block_previews_belongs_together(time: float, spline: AttitudeS
     np.testing.assert_allclose(x[:, 9:], rate, atol=2e-2)
     np.testing.assert_allclose(x[:, 6:9], velocity, atol=1e-2)
     np.testing.assert_allclose(x[:, :3], position, atol=3e-3)
-
-
-def test_after_the_end_the_plan_is_rest(spline: AttitudeSpline, scenario: Scenario) -> None:
-    dut = PlannedReference(spline, scenario.airframe, scenario.mission, scenario.mpc)
-    context = dut.CreateDefaultContext()
-    context.SetTime(100.0)
-    for name in ("velocity_preview", "angular_velocity_preview"):
-        np.testing.assert_allclose(dut.GetOutputPort(name).Eval(context), 0.0, atol=1e-12)
-    inputs = dut.GetOutputPort("rotor_speed_squared_preview").Eval(context).reshape(-1, 6)
-    # At rest the rotors carry the weight, whichever way the vehicle leans.
-    force_B = wrench_map(scenario.airframe)[:3] @ inputs[0]
-    np.testing.assert_allclose(rotation_matrix(spline.eta(np.array(2.0))) @ force_B, [0.0, 0.0, 2.57 * 9.81], atol=1e-9)
 
 
 def test_block_hangs_on_time_alone(spline: AttitudeSpline, scenario: Scenario) -> None:
