@@ -3,6 +3,7 @@
 import math
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -74,6 +75,15 @@ SCRIPTS = {
         FAULT,
         "not in our words",
     ),
+    "other metrics than the flight's": (
+        FLIGHT + CHANGED.format(old='"samples": 5', new='"samples": 6'),
+        FAULT,
+        "6 samples, flight.npz has 5",
+    ),
+    "no metrics": (FLIGHT + "Path('out/metrics.json').unlink()", FAULT, "without metrics.json"),
+    "damaged flight": (FLIGHT + "Path('out/flight.npz').write_bytes(b'PK')", FAULT, "cannot be loaded"),
+    "rubbish on stderr": (FLIGHT + "import sys; print('hm', file=sys.stderr)", FAULT, "no warning of ours"),
+    "no error": (REFUSAL.format(more="0").replace("error: ", ""), FAULT, "does not start with 'error: '"),
     "ended without samples": (ENDED.format(why="the vehicle turns too fast"), FAULT, "no samples are kept"),
 }
 
@@ -124,6 +134,26 @@ def test_a_script_of_the_project_ends_well(fresh: bool, run_one: Callable[[Case]
 
 def test_what_must_be_refused_and_is_flown_is_a_fault(run_one: Callable[[Case], tuple[str, str]]) -> None:
     assert run_one(Case(("paper", *SHORT), must_refuse=True)) == (FAULT, "accepted, and must be refused")
+
+
+def test_what_must_be_refused_and_ends_early_is_a_fault(run_one: Callable[[Case], tuple[str, str]], tmp_path) -> None:
+    script = tmp_path / "simulate.py"
+    script.write_text(SCRIPTS["good sentence"][0])
+    assert run_one(Case((), script=str(script), must_refuse=True)) == (FAULT, "exit 1, and must be refused with 2")
+
+
+def test_a_case_that_hangs_is_ended_with_its_workers(tmp_path: Path) -> None:
+    worker = (
+        "import time; ticks = open('ticks', 'a', buffering=1)\nwhile True: print('tick', file=ticks); time.sleep(0.05)"
+    )
+    script = tmp_path / "simulate.py"
+    script.write_text(f"import subprocess, sys; subprocess.run([sys.executable, '-c', {worker!r}])")
+    ((_, ending),) = endings([Case((), script=str(script), label="it", timeout=5.0)], tmp_path, 1)
+    ticks = tmp_path / "it" / "work" / "ticks"
+    counted = ticks.stat().st_size
+    time.sleep(0.5)
+    assert ending.code is None
+    assert 0 < counted == ticks.stat().st_size
 
 
 def test_one_seed_draws_the_same_cases_twice_and_another_draws_others() -> None:

@@ -84,9 +84,9 @@ def endings(cases: Iterable[Case], folder: Path, jobs: int) -> Iterator[tuple[Ca
 def _start(case: Case, folder: Path, context: multiprocessing.context.ForkServerContext) -> _Running:
     case.prepare(folder / WORK)
     process = context.Process(target=_enact, args=(case, folder))
-    before, started = _contents(folder / WORK), monotonic()
-    process.start()
-    return _Running(case, process, folder, before, started)
+    before = _contents(folder / WORK)
+    process.start()  # The first waits here until the server has imported everything.
+    return _Running(case, process, folder, before, monotonic())
 
 
 def _finish(run: _Running) -> Ending:
