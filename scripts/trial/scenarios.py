@@ -15,7 +15,7 @@ _BASES = ("paper", "paper_calibrated", "hover", "tilt35")
 # Every 25th case plans. Of 21 others one flies OSQP and one IPOPT, now as a file and now as overrides.
 _PLANS_EVERY = 25
 _SOLVER_EVERY, _OTHER_SOLVERS = 21, {3: "osqp", 16: "ipopt"}
-# Every third case changes only what a flight can end early by, and flies longer.
+# Every third case changes only what a flight can end early by, flies longer, and mostly spins too easily for the step.
 _ROUGH_EVERY, _ROUGH = 3, ("airframe.", "mpc.", "disturbance.")
 # A case that would merely be long is drawn again. The estimate is rough, s on one core.
 _LONGEST = 4.0
@@ -72,7 +72,12 @@ def _flown(rng: Random, defaults: Values, number: int) -> Values:
     if number % _SOLVER_EVERY in _OTHER_SOLVERS:
         drawn["mpc.solver"] = _OTHER_SOLVERS[number % _SOLVER_EVERY]
     names = [name for name in FIELDS if name != "mpc.solver" and not name.startswith("planning.")]
-    names = [name for name in names if name.startswith(_ROUGH)] if rough else names
+    if rough:
+        names = [name for name in names if name.startswith(_ROUGH)]
+        if rng.random() < 0.7:
+            drawn["disturbance.inertia_factor"] = 10.0 ** rng.uniform(-2.0, -0.7)
+            drawn["simulation.max_step_size"] = 10.0 ** rng.uniform(-2.0, 0.0)
+            names = [name for name in names if name not in drawn]
     for name in rng.sample(names, rng.randint(1, 6)):
         drawn[name] = rng.choice(LAWS) if name == "attitude_law.name" else draw(rng, FIELDS[name], defaults[name])
     if not {"attitude_law.name", "mpc.solver"} & drawn.keys():

@@ -23,6 +23,7 @@ _LONGEST_LINE = 500
 # What Drake, Python and the libraries say of themselves, and a person who types a scenario cannot read.
 _FOREIGN = (
     *("Spatial force", "Traceback", "failed at", "condition", "pydrake", "drake::", "Errno", " object ", "abseil"),
+    *("Quaternion", "DoCalc", "Simulator::", "LeafContext"),
     *("RuntimeError", "ValueError", "TypeError", "KeyError", "NoneType", "ndarray", "numpy", "std::", "bad_alloc"),
     *("codec", "unsupported operand", "not supported between", "could not convert", "surrogates", "unicode string"),
 )
@@ -132,7 +133,8 @@ def _names(case: Case) -> Iterator[str]:
     for section in fields(Scenario):
         yield section.name
     yield from ("--", "MISSION", "NAME", "unrecognized arguments", *case.files, *case.links, *case.folders)
-    yield from (typed for argument in case.arguments for typed in (argument, repr(argument)[1:-1]) if typed)
+    # A long name may be shown by its beginning.
+    yield from (typed[:20] for text in case.arguments for typed in (text, repr(text)[1:-1]) if typed)
 
 
 def _check_log(folder: Path) -> int:
