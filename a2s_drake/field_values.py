@@ -8,12 +8,12 @@ from typing import Any, get_args, get_origin
 from a2s_drake.checks import refuse
 from a2s_drake.yaml_reader import plain_value
 
-_KINDS = {
-    float: "a number",
-    int: "a whole number",
-    bool: "true or false",
-    str: "a word",
-    list[float]: "a list of numbers, such as [1, 2.5]",
+_KINDS = {float: "a number", int: "a whole number", bool: "true or false", str: "a word"}
+_LISTS = {
+    float: "a list of numbers, such as [1, 2.5]",
+    int: "a list of whole numbers, such as [1, 2]",
+    bool: "a list of truth values, such as [true, false]",
+    str: "a list of words, such as [one, two]",
 }
 
 # How people write numbers elsewhere, and what to do about it here.
@@ -51,8 +51,9 @@ def field_value(name: str, value: Any, hint: Any) -> Any:
             return kind(value)
         except OverflowError as error:
             raise refuse(name, value, "must be a number of at most 1.7e308") from error
-    words = f"{_KINDS[kind]} or null" if _may_be_null(hint) else _KINDS[kind]
-    raise refuse(name, value, f"must be {words}{_advice(value, kind)}")
+    words = _LISTS[get_args(kind)[0]] if get_origin(kind) is list else _KINDS[kind]
+    or_null = " or null" if _may_be_null(hint) else ""
+    raise refuse(name, value, f"must be {words}{or_null}{_advice(value, kind)}")
 
 
 def _may_be_null(hint: Any) -> bool:

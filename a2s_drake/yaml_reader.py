@@ -20,7 +20,7 @@ from a2s_drake.quoting import PATH_LENGTH, named, one_line, quoted, shorten
 MAX_LENGTH = 200_000
 # A map of scenarios has four levels.
 MAX_DEPTH = 16
-# Python reads integers of up to 4300 digits; a float holds 308.
+# Python reads integers of up to 4300 digits, and a float holds 308; what is longer becomes an infinite float.
 MAX_DIGITS = 400
 
 _WORDS = {
@@ -132,7 +132,7 @@ def plain_value(text: str) -> str | int | float | bool | None:
     """What a text without quotes stands for: null, true or false, a number, or else itself."""
     if text in _WORDS:
         return _WORDS[text]
-    if _WHOLE.fullmatch(text):
+    if _WHOLE.fullmatch(text) and len(text) <= MAX_DIGITS:
         return int(text)
     return float(text) if _NUMBER.fullmatch(text) else text
 
