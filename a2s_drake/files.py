@@ -124,6 +124,22 @@ def held(folder: Path) -> Iterator[None]:
             os.close(descriptor)  # This gives the lock back.
 
 
+def read_bytes(path: Path, limit: int = -1) -> bytes:
+    """The content of a file, or its first `limit` bytes where that is not negative.
+
+    Raises:
+      OSError: when it cannot be read; names the file.
+    """
+    try:
+        with path.open("rb") as file:
+            return file.read(limit)
+    except OSError as error:
+        error.filename = str(path)  # A failed read() knows no file name.
+        raise
+    except ValueError as error:
+        raise OSError(errno.EINVAL, "the name is no file name", str(path)) from error
+
+
 def write_arrays(path: Path, arrays: Mapping[str, Array]) -> None:
     """Writes an .npz archive of arrays, none of them of Python objects. Equal arrays give equal bytes."""
     with path.open("wb") as file:
@@ -137,7 +153,7 @@ def read_arrays(path: Path) -> dict[str, Array]:
       OSError: when the file cannot be read; names it.
       DamagedFileError: when it is no such archive, an array is not whole, or one holds Python objects.
     """
-    content = BytesIO(_read(path))
+    content = BytesIO(read_bytes(path))
     try:
         with zipfile.ZipFile(content) as archive:
             return {name.removesuffix(".npy"): _array(archive.read(name)) for name in archive.namelist()}
@@ -167,16 +183,6 @@ def read_table(path: Path, widths: Mapping[str, int]) -> dict[str, FloatArray]:
             found = f"{array.dtype} of shape {array.shape}"
             raise DamagedFileError(f"{path}: {name} is {found}, must be float64 of shape {shape or '(n,)'}")
     return {name: arrays[name] for name in widths}
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        error.filename = str(path)  # A failed read() knows no file name.
-        raise
-    except ValueError as error:
-        raise OSError(errno.EINVAL, "the name is no file name", str(path)) from error
 
 
 def _array(data: bytes) -> Array:

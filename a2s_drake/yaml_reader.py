@@ -5,7 +5,6 @@ or a colon is a text, and so is a date. What a file of settings has no use for i
 that stand twice, anchors, aliases and tags.
 """
 
-import errno
 import math
 import re
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any, ClassVar
 import yaml
 
 from a2s_drake.checks import ScenarioError
+from a2s_drake.files import read_bytes
 from a2s_drake.quoting import PATH_LENGTH, named, one_line, quoted, shorten
 
 # A file of settings is some kilobytes long; more than this is another file, and would take seconds to read.
@@ -81,14 +81,10 @@ def read_text(path: Path) -> str:
     """The text of a file of settings.
 
     Raises:
-      OSError: when it cannot be read; ScenarioError, which names the file: when it is too long or not UTF-8.
+      OSError: when it cannot be read, names the file; ScenarioError, which names the file: when it is too long or not UTF-8.
     """
     shown = one_line(str(path), PATH_LENGTH)
-    try:
-        with path.open("rb") as file:
-            content = file.read(4 * MAX_LENGTH + 1)
-    except ValueError as error:
-        raise OSError(errno.EINVAL, "the name is no file name", str(path)) from error
+    content = read_bytes(path, 4 * MAX_LENGTH + 1)
     if len(content) > 4 * MAX_LENGTH:
         raise ScenarioError(f"{shown}: {_TOO_LONG}")
     try:

@@ -1,5 +1,7 @@
 """Tries the scripts on random scenarios and bad inputs: each must end in finite numbers or in one line of error."""
 
+if __name__ == "__main__":
+    import scripts.startup  # first, as the imports below take long
 import shutil
 import sys
 import tempfile

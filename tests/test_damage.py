@@ -97,10 +97,11 @@ def test_a_folder_in_the_place_of_a_log_is_an_error_of_the_system(kept: Path) ->
 
 
 def test_a_disk_that_fails_while_it_is_read_is_named(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(_: Path) -> bytes:
-        raise OSError(5, "Input/output error")  # as read() does it, without the file's name
+    class FailingDisk(io.BytesIO):
+        def read(self, _size: int | None = -1, /) -> bytes:
+            raise OSError(5, "Input/output error")  # as read() does it, without the file's name
 
-    monkeypatch.setattr(Path, "read_bytes", fail)
+    monkeypatch.setattr(Path, "open", lambda *_: FailingDisk())
     with pytest.raises(OSError, match=r"scenario\.yaml"):
         Flight.load(kept)
 
@@ -153,7 +154,7 @@ def test_time_starts_at_0_and_increases(time: list[float], kept: Path) -> None:
 @pytest.mark.parametrize("damage", [b"\xff", b"[", b"mission: {radius: wide}", b"mission: {width: 1}"])
 def test_a_damaged_scenario_names_its_file(damage: bytes, kept: Path) -> None:
     (kept / "scenario.yaml").write_bytes(damage)
-    with pytest.raises(ValueError, match=rf"^{kept / 'scenario.yaml'}: [^\n]+$") as refused:
+    with pytest.raises(ValueError, match=rf"^{kept / 'scenario.yaml'}, line 1: [^\n]+$") as refused:
         Flight.load(kept)
     assert isinstance(refused.value, DamagedFileError | ScenarioError)
 
