@@ -68,6 +68,17 @@ def test_bounds(quantity: str, arrays: dict[str, np.ndarray], use: float, excess
     assert dut["worst_excess_of_range"] == pytest.approx(share)
 
 
+def test_each_axis_of_the_operating_region_has_bounds_of_its_own() -> None:
+    made_up = made_up_flight(position=at_row(2, [0.0, 0.0, 2.5]))
+    corners = ["mpc.position_lower=[-10, -5, -1]", "mpc.position_upper=[30, 7, 2]"]
+    flight = dataclasses.replace(made_up, scenario=made_up.scenario.with_overrides(corners))
+    dut = compute_metrics(flight)["bounds"]["position"]
+    assert dut["limit"] == [[-10.0, -5.0, -1.0], [30.0, 7.0, 2.0]]
+    assert dut["worst_excess"] == pytest.approx(0.5)
+    assert dut["worst_excess_of_range"] == pytest.approx(0.5 / 3.0)
+    assert dut["largest_use"] == pytest.approx(2.0 / 1.5)
+
+
 def test_bounds_state_their_limits() -> None:
     dut = compute_metrics(made_up_flight())["bounds"]
     assert {name: bound["unit"] for name, bound in dut.items()} == {

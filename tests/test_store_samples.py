@@ -51,3 +51,12 @@ def test_a_flight_with_a_sample_too_few_is_flown_again_and_kept(tmp_path: Path) 
     assert flown == [SCENARIO]
     assert len(flights["a"].time) == SAMPLES
     assert len(store.find(SCENARIO).time) == SAMPLES
+
+
+def test_a_flight_hangs_on_the_libraries_that_flew_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def place(newer: str = "") -> Path:
+        monkeypatch.setattr("a2s_drake.store.version", lambda name: "2" if name == newer else "1")
+        return FlightStore(tmp_path, "code").place(SCENARIO)
+
+    assert place() == place()
+    assert len({place(newer) for newer in ("", "drake", "numpy", "piqp", "scipy")}) == 5
