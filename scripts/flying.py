@@ -162,7 +162,7 @@ def write_results(
 ) -> None:
     """Writes scenario.yaml, flight.npz, the plan if any, where there is a sample metrics.json, and what is asked for.
 
-    What is there of an earlier flight goes, so that all in the folder is of one, even after an interrupt.
+    What is there of an earlier flight goes, so that all in the folder is of one.
 
     Raises:
       OSError: when the disk refuses, or the replay cannot be made.
