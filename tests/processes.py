@@ -37,9 +37,14 @@ def wait_until(condition: Callable[[], object], seconds: float = 60.0) -> None:
         time.sleep(0.01)
 
 
+def environment(**changes: str) -> dict[str, str]:
+    """The environment of a process under test, which finds the project, and whose output is buffered as usual."""
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    return kept | {"PYTHONPATH": str(Path.cwd())} | changes
+
+
 def start(command: list[str], folder: Path | None = None) -> subprocess.Popen[str]:
     """Starts Python in a session of its own."""
-    environment = os.environ | {"PYTHONPATH": str(Path.cwd())}
     return subprocess.Popen(
         [sys.executable, *command],
         stdin=subprocess.DEVNULL,
@@ -47,7 +52,7 @@ def start(command: list[str], folder: Path | None = None) -> subprocess.Popen[st
         stderr=subprocess.PIPE,
         text=True,
         cwd=folder,
-        env=environment,
+        env=environment(),
         start_new_session=True,
     )
 

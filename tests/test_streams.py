@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from a2s_drake import Flight
-from tests.processes import HEAD, TAIL, end_of, start_program
+from tests.processes import HEAD, TAIL, end_of, environment, start_program
 
 SIMULATE = "scripts/simulate.py hover --duration 0.1 --out OUT"
 COMPARE = "scripts/compare.py hover --duration 0.1 --set mpc.horizon=8 --out OUT"
@@ -18,10 +18,13 @@ FULL = "error: standard output: No space left on device\n"
 needs_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 
 
-def run_in_shell(command: str, redirection: str, folder: Path) -> tuple[int, str]:
+def run_in_shell(command: str, redirection: str, folder: Path, **variables: str) -> tuple[int, str]:
     """The exit code of a script, and what it and the shell print to standard error."""
     line = f"{sys.executable} {command.replace('OUT', str(folder / 'out'))} {redirection}; exit ${{PIPESTATUS[0]}}"
-    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False, timeout=120.0)
+    shell = ["bash", "-c", line]
+    done = subprocess.run(
+        shell, capture_output=True, text=True, check=False, timeout=120.0, env=environment(**variables)
+    )
     return done.returncode, done.stderr
 
 
@@ -45,6 +48,13 @@ def test_a_campaign_does_its_work_whatever_becomes_of_its_streams(redirection: s
         assert len(Flight.load(tmp_path / "out" / law).time) == 6
     for picture in ("channel_gain.png", "attitude.png"):
         assert (tmp_path / "out" / picture).read_bytes().startswith(b"\x89PNG")
+
+
+@needs_full
+@pytest.mark.parametrize(("redirection", "code"), [("| true", 0), (">/dev/full", 1)])
+def test_unbuffered_output_is_no_different(redirection: str, code: int, tmp_path: Path) -> None:
+    err = FULL if code else ""
+    assert run_in_shell(SIMULATE, redirection, tmp_path, PYTHONUNBUFFERED="1") == (code, err)
 
 
 @needs_full
@@ -88,8 +98,9 @@ def main():
     return 0
 """
     (tmp_path / "program.py").write_text(HEAD + program + TAIL)
-    command = f"cd {tmp_path}; PYTHONPATH={Path.cwd()} {sys.executable} program.py <&- >&- 2>&-"
-    assert subprocess.run(["bash", "-c", command], check=False, timeout=120.0).returncode == 0
+    command = f"cd {tmp_path}; {sys.executable} program.py <&- >&- 2>&-"
+    done = subprocess.run(["bash", "-c", command], check=False, timeout=120.0, env=environment())
+    assert done.returncode == 0
     numbers = [int(number) for number in (tmp_path / "done").read_text().split()]
     assert len(numbers) == 3
     assert min(numbers) > 2

@@ -1,6 +1,7 @@
 """Worker processes: they end with the process that started them, and an interrupt is not lost while they start."""
 
 import os
+import re
 import signal
 from concurrent.futures import Executor, Future
 from pathlib import Path
@@ -11,7 +12,7 @@ import pytest
 from a2s_drake import Scenario
 from a2s_drake.campaign import fly_each
 from a2s_drake.interrupts import ENDING_SIGNALS, ONE_REQUEST, interrupts_put_off
-from tests.processes import children, end_of, is_there, needs_proc, start_program, wait_until
+from tests.processes import children, end_of, is_there, needs_proc, start, start_program, wait_until
 
 # Two workers fly for an hour; a third is done at once and waits. Each tells of itself with its first sample.
 CAMPAIGN = """
@@ -68,6 +69,22 @@ def test_workers_end_with_their_parent(number: str, group: bool, tmp_path: Path)
 def test_a_campaign_that_ends_says_nothing(tmp_path: Path) -> None:
     process = start_program(ENDS_WELL, tmp_path)
     assert end_of(process) == (0, "")
+
+
+@needs_proc
+def test_a_worker_that_is_killed_ends_the_comparison_in_one_line(tmp_path: Path) -> None:
+    # As a machine that runs out of memory does.
+    process = start(["scripts/compare.py", "hover", "--duration", "600", "--out", str(tmp_path)])
+    wait_until(lambda: len(workers_of(process.pid)) == 2 or process.poll() is not None)
+    os.kill(workers_of(process.pid)[0], signal.SIGKILL)
+    code, err = end_of(process)
+    assert code == 1
+    assert re.fullmatch(rf"error: .* process pool .*; flown to the end and kept in {tmp_path}: none\n", err)
+
+
+def workers_of(pid: int) -> list[int]:
+    """Those children of a process that are workers, so not Python's own process that cleans up locks."""
+    return [child for child in children(pid) if "spawn_main" in Path(f"/proc/{child}/cmdline").read_text()]
 
 
 class Starting(Executor):
