@@ -12,7 +12,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, Diagram
 
 from a2s_drake.arrays import FloatArray
-from a2s_drake.divergence import Diverged, DivergenceMonitor
+from a2s_drake.divergence import DivergenceMonitor
 from a2s_drake.files import DamagedFileError, read_table, write_arrays, written_whole
 from a2s_drake.mpc.controller import SolverStatus
 from a2s_drake.mpc.planner import Fallback as Fallback
@@ -242,7 +242,7 @@ def run_flight(
         for time in scenario.sample_times():
             try:
                 rows.append(fly_to(time))
-            except (RuntimeError, Diverged) as error:
+            except (RuntimeError, FloatingPointError) as error:  # of Drake, of a block, or of the monitor
                 if not rows:
                     raise  # It never flew: the diagram is at fault, not the flight.
                 # In the middle of a step Drake notices first that a state has overflowed, and names what it came upon.

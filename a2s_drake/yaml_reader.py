@@ -81,7 +81,8 @@ def read_text(path: Path) -> str:
     """The text of a file of settings.
 
     Raises:
-      OSError: when it cannot be read, names the file; ScenarioError, which names the file: when it is too long or not UTF-8.
+      OSError: when it cannot be read; names the file.
+      ScenarioError: when it is too long or not UTF-8; names the file.
     """
     shown = one_line(str(path), PATH_LENGTH)
     content = read_bytes(path, 4 * MAX_LENGTH + 1)
