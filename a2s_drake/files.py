@@ -20,6 +20,13 @@ class DamagedFileError(ValueError):
     """A file that does not hold what it should. The message is one line that names the file."""
 
 
+def in_words(error: Exception) -> str:
+    """An error in one line, that of a disk as `results/flight.npz: No space left on device`."""
+    if isinstance(error, OSError) and error.filename is not None and error.strerror:
+        return f"{error.filename}: {error.strerror}"
+    return str(error)
+
+
 @contextlib.contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
     """A new file to write in place of `path`, moved there at the end: an interrupt leaves the old file or the new one.

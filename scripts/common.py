@@ -36,7 +36,7 @@ def what_is_kept(words: str) -> Iterator[None]:
     try:
         yield
     except OSError as failure:
-        raise ResultsError(f"{failure}; {words}") from failure
+        raise ResultsError(f"{files.in_words(failure)}; {words}") from failure
 
 
 class Parser(argparse.ArgumentParser):
@@ -63,7 +63,7 @@ def run(main: Callable[[], int]) -> NoReturn:
         if interruption or isinstance(error, KeyboardInterrupt):
             reason, code = "interrupted", 130  # Other errors are what a library made of the interrupt.
         elif isinstance(error, OSError):
-            reason, code = str(error), 1  # a full or failing disk, in what a script does not handle itself
+            reason, code = files.in_words(error), 1  # a full or failing disk, in what a script does not handle itself
         else:
             raise
         print(f"error: {reason}", file=sys.stderr)

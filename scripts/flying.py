@@ -14,7 +14,7 @@ import a2s_drake
 import diagrams
 from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, ScenarioError, compute_metrics, run_flight
 from a2s_drake.campaign import fly_each, worker_processes
-from a2s_drake.files import held, written_whole
+from a2s_drake.files import held, in_words, written_whole
 from a2s_drake.flight import Sample
 from a2s_drake.interrupts import interrupts_put_off
 from a2s_drake.metrics import write_metrics
@@ -131,7 +131,7 @@ def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> di
         code = 130 if isinstance(ended, FlightInterrupted) else 1
         raise CampaignEnded(f"{ended}; {keep_samples(ended, folder / 'ended')}; {kept}", code) from ended
     except (OSError, BrokenProcessPool) as failure:
-        raise CampaignEnded(f"{failure}; {kept}", 1) from failure
+        raise CampaignEnded(f"{in_words(failure)}; {kept}", 1) from failure
     except ScenarioError as refused:  # by the planner, which asks more of a scenario than its validation can
         raise CampaignEnded(f"{refused}; {kept}", 2) from refused
 
@@ -170,7 +170,7 @@ def keep_samples(ended: FlightEnded, folder: Path) -> str:
     try:
         write_results(ended.flight, folder)
     except OSError as failure:
-        return f"its samples are lost: {failure}"
+        return f"its samples are lost: {in_words(failure)}"
     return f"its {len(ended.flight.time)} samples are in {folder}"
 
 

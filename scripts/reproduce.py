@@ -6,6 +6,7 @@ import sys
 
 import diagrams
 from a2s_drake.attribution import without_rate_bound
+from a2s_drake.files import in_words
 from a2s_drake.publish import publish
 from a2s_drake.replay import write_replay
 from a2s_drake.reproduction import HEADLINE, PRINTED, headline_flights, planned_flights
@@ -49,7 +50,7 @@ def main(argv: list[str] | None = None) -> int:
         try:
             write_replay(headline_flights(flights)["three_axis"], out / "replay.html")
         except OSError as failure:
-            print(f"error: {failure}; the report is in {out}", file=sys.stderr)
+            print(f"error: {in_words(failure)}; the report is in {out}", file=sys.stderr)
             return 1
     print(f"report.html, results.json{', replay.html' if arguments.replay else ''} and figures are in {out}")
     return 0

@@ -2,9 +2,11 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +21,8 @@ from a2s_drake import Flight, FlightEnded, Scenario, run_flight
 from a2s_drake.benchmark.growth import HORIZONS, fit_growth
 from a2s_drake.benchmark.suite import Benchmark
 from a2s_drake.figures import save_figure
+from a2s_drake.files import in_words
+from a2s_drake.interrupts import ENDING_SIGNALS
 from diagrams import build_link_only
 from scripts import benchmark, beyond, common, compare, flying, reproduce, robustness, show_diagram, simulate
 from scripts.examples import channel_map, fed_law, linearise_airframe, one_mpc_step, own_airframe, own_law
@@ -94,7 +98,7 @@ def end_of(main: Callable[[list[str]], int], arguments: list[str], capsys: pytes
         code = main(arguments)
     except OSError as failure:
         printed = capsys.readouterr()
-        return 1, f"{printed.err}error: {failure}\n", printed.out
+        return 1, f"{printed.err}error: {in_words(failure)}\n", printed.out
     printed = capsys.readouterr()
     return code, printed.err, printed.out
 
@@ -145,7 +149,7 @@ def test_simulate_on_a_full_disk(tmp_path: Path, capsys, monkeypatch) -> None:
     with full_disk(2000):
         code, error, _ = end_of(simulate.main, ["paper", "--out", str(tmp_path)], capsys)
     assert code == 1
-    assert is_one_line(error, f"{tmp_path}/scenario.yaml'; {tmp_path} is as it was")
+    assert is_one_line(error, f"{tmp_path}/scenario.yaml; {tmp_path} is as it was")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -167,7 +171,7 @@ def test_simulate_tells_of_an_early_end_on_a_full_disk(tmp_path: Path, capsys, m
     with full_disk(2000):
         code, error, _ = end_of(simulate.main, ["paper", "--out", str(tmp_path)], capsys)
     assert code == 1
-    assert is_one_line(error, "it broke", f"{tmp_path}/scenario.yaml'")
+    assert is_one_line(error, "it broke", f"{tmp_path}/scenario.yaml")
 
 
 @pytest.fixture
@@ -286,10 +290,23 @@ def test_a_process_on_a_full_disk_ends_with_one_line(script: str, arguments: lis
         command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False, env=environment
     )
     assert (done.returncode, done.stdout) == (1, "")
-    assert is_one_line(done.stderr, "File too large", "a.txt'" if script == "show_diagram" else ". is as it was")
+    assert is_one_line(done.stderr, "File too large", "a.txt" if script == "show_diagram" else ". is as it was")
     assert not list(tmp_path.rglob(".part*"))
 
 
+@pytest.fixture
+def _process_as_before() -> Iterator[None]:
+    """A script that ends changes how its process answers to signals; the tests after it want that undone."""
+    answers = {number: signal.getsignal(number) for number in ENDING_SIGNALS}
+    hook = sys.unraisablehook
+    with warnings.catch_warnings():
+        yield
+    sys.unraisablehook = hook
+    for number, answer in answers.items():
+        signal.signal(number, answer)
+
+
+@pytest.mark.usefixtures("_process_as_before")
 def test_run_ends_an_unhandled_error_of_the_disk_with_one_line(capsys) -> None:
     def main() -> int:
         raise OSError(28, "No space left on device", "results/flight.npz")
@@ -297,4 +314,4 @@ def test_run_ends_an_unhandled_error_of_the_disk_with_one_line(capsys) -> None:
     with pytest.raises(SystemExit) as ended:
         common.run(main)
     assert ended.value.code == 1
-    assert capsys.readouterr().err == "error: [Errno 28] No space left on device: 'results/flight.npz'\n"
+    assert capsys.readouterr().err == "error: results/flight.npz: No space left on device\n"

@@ -31,7 +31,7 @@ def kept_with_rows(names: list[str], rows: int, folder: Path) -> FlightStore:
 @pytest.mark.parametrize("names", [array_names(), ["time"], ["rotor_speed"], ["solver_fallback"]])
 def test_a_sample_too_few_or_too_many_is_damage(names: list[str], rows: int, tmp_path: Path) -> None:
     store = kept_with_rows(names, rows, tmp_path)
-    with pytest.warns(UserWarning, match=rf"flight\.npz: {names[0]} is not {SAMPLES} finite rows"):
+    with pytest.warns(UserWarning, match=r"flight\.npz: .* (finite rows|of shape|start at 0)"):
         assert store.find(SCENARIO) is None
 
 

@@ -23,7 +23,7 @@ _PACKAGE = Path(__file__).parents[1]
 SOURCES = [
     *sorted(source for source in Path(__file__).parent.glob("*.py") if source.stem not in ("keep", "reference")),
     *(_PACKAGE / f"{name}.py" for name in ("airframe", "arrays", "attitude_law", "checks", "disturbances")),
-    *(_PACKAGE / f"{name}.py" for name in ("field_values", "flatness", "packages", "parameters", "paths")),
+    *(_PACKAGE / f"{name}.py" for name in ("field_values", "files", "flatness", "packages", "parameters", "paths")),
     *(_PACKAGE / f"{name}.py" for name in ("piqp_solver", "quadratic_form", "quoting", "rotations", "scenario")),
     *(_PACKAGE / f"{name}.py" for name in ("two_ray", "wiring", "yaml_reader")),
 ]
