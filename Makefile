@@ -1,6 +1,7 @@
 # `make run` and `make test` work from a bare clone: they need Python 3.11 or newer and make, nothing else.
 # PYTHON names another Python than the newest one found, by a name or a path: make test PYTHON=python3.12
 PYTHON ?=
+export PYTHON
 BIN := .venv/bin
 
 .DEFAULT_GOAL := help
@@ -19,7 +20,7 @@ help:
 	@echo "make clean      remove the environment, caches and results"
 
 core dev:
-	@PYTHON='$(PYTHON)' sh scripts/environment.sh $@
+	@sh scripts/environment.sh $@
 
 run: core
 	$(BIN)/python scripts/compare.py paper_calibrated

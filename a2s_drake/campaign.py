@@ -5,7 +5,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from typing import Any, TypeVar
 
 from tqdm import tqdm
@@ -25,7 +25,23 @@ def worker_processes(count: int) -> ProcessPoolExecutor:
     # The first lock starts Python's own process that cleans up locks. A terminal that closes must not end that one too.
     with deaf_offspring(signal.SIGHUP):
         progress_lock = context.RLock()
-    return ProcessPoolExecutor(count, context, initializer=_begin_work, initargs=(progress_lock,))
+    return _Workers(count, context, initializer=_begin_work, initargs=(progress_lock,))
+
+
+class _Workers(ProcessPoolExecutor):
+    """Worker processes that are known by themselves, so that they alone can be ended."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.started: set[Any] = set()
+
+    def submit(self, fn: Callable[..., Result], /, *args: Any, **options: Any) -> Future[Result]:
+        """As in the class above; notes the processes that it starts."""
+        before = set(multiprocessing.active_children())
+        try:
+            return super().submit(fn, *args, **options)
+        finally:
+            self.started |= set(multiprocessing.active_children()) - before
 
 
 def _begin_work(progress_lock: Any) -> None:
@@ -62,6 +78,9 @@ def fly_each(
             yield jobs[job], job.result()
     except BaseException:
         executor.shutdown(wait=False, cancel_futures=True)
-        for child in set(multiprocessing.active_children()) - others:
+        # The workers may have been started by an earlier call with the same executor.
+        for child in (
+            executor.started if isinstance(executor, _Workers) else set(multiprocessing.active_children()) - others
+        ):
             child.terminate()
         raise

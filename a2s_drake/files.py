@@ -81,7 +81,7 @@ def check_folder(folder: Path) -> None:
         folder = folder.parent
     for name in missing:
         _destination(folder / name)  # which refuses a name that is too long
-    check_writable(folder / "file")
+    _reserve(folder, folder).unlink()
 
 
 def _destination(path: Path) -> tuple[Path, int | None]:
@@ -95,7 +95,7 @@ def _destination(path: Path) -> tuple[Path, int | None]:
     if stat.S_ISDIR(found.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if not stat.S_ISREG(found.st_mode):
-        raise OSError(errno.EINVAL, "is no regular file, and is not replaced", str(path))
+        raise OSError(errno.EINVAL, "not a regular file", str(path))
     return Path(os.path.realpath(path)), stat.S_IMODE(found.st_mode)
 
 

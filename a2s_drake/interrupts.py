@@ -19,7 +19,7 @@ def interrupts_put_off() -> Iterator[None]:
     """Puts off what SIGINT, SIGTERM and SIGHUP do in Python until the block is left.
 
     Signals that are ignored, or that end the process without Python, stay as they are. So does everything in threads
-    other than the main one, which hear no signals. Who asks a second time, later than `ONE_REQUEST`, need not wait.
+    other than the main one, which hear no signals. A second signal, later than `ONE_REQUEST`, is answered at once.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -5,7 +5,7 @@ import reprlib
 # Lengths, in characters, of a value or a name in a message, of a path, and of a whole message.
 VALUE_LENGTH = 80
 PATH_LENGTH = 200
-MESSAGE_LENGTH = 500
+MESSAGE_LENGTH = 480
 
 
 class _Short(reprlib.Repr):

@@ -70,7 +70,7 @@ class _Composer(yaml.SafeLoader):
         if event.tag is not None:
             raise _RefusedError(line, f"tags (here {quoted(event.tag)}) are not read; write the value alone")
         if self._depth == MAX_DEPTH:
-            raise _RefusedError(line, f"is nested more than {MAX_DEPTH} levels deep")
+            raise _RefusedError(line, f"a value is nested more than {MAX_DEPTH} levels deep")
         self._depth += 1
         node = super().compose_node(parent, index)
         self._depth -= 1

@@ -70,7 +70,7 @@ def run(main: Callable[[], int]) -> NoReturn:
         streams.drop_unread_output()
         sys.stdout.flush()
     code = interruption.code(code)
-    if code > 128 and _are_stuck(thread for thread in threading.enumerate() if not thread.daemon):
+    if code and _are_stuck(thread for thread in threading.enumerate() if not thread.daemon):
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)
@@ -95,12 +95,18 @@ def _outcome(main: Callable[[], int]) -> int:
 
 def show_warnings() -> None:
     """Has each warning shown on one line of its own, without the code that it comes from."""
-    warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
+
+    def show(message: Warning | str, *_: object) -> None:
+        # A worker process must fly on where nobody reads its warnings any more.
+        with contextlib.suppress(OSError):
+            print(f"warning: {message}", file=sys.stderr, flush=True)
+
+    warnings.showwarning = show
     warnings.simplefilter("always", UserWarning)
 
 
 def _are_stuck(threads: Iterable[threading.Thread]) -> bool:
-    """Whether other threads do not end. One that hears from a worker which was ended in mid-sentence waits for ever."""
+    """Whether other threads do not end. A thread that reads from a terminated worker may wait for ever."""
     others = [thread for thread in threads if thread is not threading.current_thread()]
     for thread in others:
         thread.join(2.0)

@@ -39,7 +39,7 @@ def main(argv: list[str] | None = None) -> int:
                 flying.write_results(flight, folder / law)
                 done[law] = flight
     except (FlightEnded, BrokenProcessPool, OSError, KeyboardInterrupt) as ended:
-        reason = str(ended) or "interrupted"
+        reason = flying.in_words(ended) or "interrupted"
         if isinstance(ended, FlightEnded):
             reason += f"; {flying.keep_samples(ended, folder / ended.flight.scenario.attitude_law.name)}"
         kept = ", ".join(done) or "none"

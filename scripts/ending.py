@@ -1,6 +1,6 @@
 """How a script ends when it is asked to: by Ctrl-C, by `kill` or by a terminal that closes.
 
-Nothing that takes long to import has a place here: until this module is there, nothing answers to signals.
+Import only fast modules here. Signals are not answered before this module is loaded.
 """
 
 import os
@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from types import FrameType
 
+# These repeat `a2s_drake.interrupts`, whose package takes long to import; a test holds them equal.
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 # A terminal and a program that passes signals on can both deliver the same request: what comes within this time, s.

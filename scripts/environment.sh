@@ -30,6 +30,14 @@ is_recent() {
     esac
 }
 
+# Drake has wheels for these. A newer one is used only where PYTHON asks for it.
+is_supported() {
+    case $1 in
+    3.11 | 3.12 | 3.13 | 3.14) ;;
+    *) return 1 ;;
+    esac
+}
+
 # A name may stand in several folders of PATH, and the first may be one that does not run, as pyenv's are for versions
 # that are not chosen. So each of them is tried.
 list_pythons() {
@@ -37,9 +45,11 @@ list_pythons() {
         found=$(
             IFS=:
             for folder in $PATH; do
+                # An environment that is active must not be made anew by its own Python.
+                [ "$folder" != "$PWD/$VENV/bin" ] || continue
                 [ -x "$folder/$name" ] && [ ! -d "$folder/$name" ] || continue
                 version=$(version_of "$folder/$name") || continue
-                is_recent "$version" || continue
+                is_supported "$version" || continue
                 echo "$version $folder/$name"
                 break
             done
@@ -61,7 +71,7 @@ chosen_python() {
         return
     fi
     found=$(list_pythons | head -n 1)
-    [ -n "$found" ] || fail "no Python from 3.11 up runs here under the names $NAMES;" \
+    [ -n "$found" ] || fail "no Python from 3.11 to 3.14 runs here under the names $NAMES;" \
         "install one, or name it: make PYTHON=/path/to/python3.13 ..."
     echo "$found"
 }

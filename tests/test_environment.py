@@ -88,7 +88,7 @@ def test_says_so_where_no_python_runs(clone: Clone) -> None:
     clone.add_python("python3", "3.10")
     done = clone.make()
     assert done.returncode != 0
-    assert "no Python from 3.11 up runs here" in done.stderr
+    assert "no Python from 3.11 to 3.14 runs here" in done.stderr
     assert not (clone.folder / ".venv").exists()
 
 

@@ -86,7 +86,7 @@ def test_two_processes_leave_a_folder_of_one_flight(tmp_path: Path) -> None:
 def test_of_an_earlier_flight_all_goes_or_all_stays(tmp_path: Path) -> None:
     flying.write_results(flight_of("level"), tmp_path, csv=True)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-    with full_disk(2000), pytest.raises(OSError, match=rf"File too large: '{tmp_path}/.*; {tmp_path} is as it was$"):
+    with full_disk(2000), pytest.raises(OSError, match=rf"{tmp_path}/.*: File too large; {tmp_path} is as it was$"):
         flying.write_results(flight_of("pitch_only"), tmp_path)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
@@ -149,7 +149,7 @@ def test_simulate_on_a_full_disk(tmp_path: Path, capsys, monkeypatch) -> None:
     with full_disk(2000):
         code, error, _ = end_of(simulate.main, ["paper", "--out", str(tmp_path)], capsys)
     assert code == 1
-    assert is_one_line(error, f"{tmp_path}/scenario.yaml; {tmp_path} is as it was")
+    assert is_one_line(error, f"{tmp_path}/scenario.yaml: File too large; {tmp_path} is as it was")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -213,7 +213,7 @@ def test_a_study_on_a_full_disk(script, file: str, size: int, tmp_path: Path, ca
         code, error, printed = end_of(script.main, asked, capsys)
     assert code == 1
     assert is_one_line(error.splitlines(keepends=True)[-1], "File too large", f"in {tmp_path / 'flights'}")
-    assert (f"{tmp_path / file}'" in error) == ("table" in printed) == (size > 2000)
+    assert (f"{tmp_path / file}:" in error) == ("table" in printed) == (size > 2000)
     assert not list(tmp_path.rglob(".part*"))
 
 
@@ -254,7 +254,7 @@ def test_benchmark_on_a_full_disk(size: int, named: str, tmp_path: Path, capsys,
     with full_disk(size):
         code, error, printed = end_of(benchmark.main, asked, capsys)
     assert code == 1
-    assert is_one_line(error, f"{tmp_path / named}'", "File too large")
+    assert is_one_line(error, f"{tmp_path / named}:", "File too large")
     assert "the numbers" in printed
 
 
@@ -266,7 +266,7 @@ def test_an_example_on_a_full_disk(example: ModuleType, tmp_path: Path, capsys, 
     with full_disk(500):
         code, error, _ = end_of(example.main, ["--out", str(tmp_path)], capsys)
     assert code == 1
-    assert is_one_line(error, f"{picture}'", "File too large")
+    assert is_one_line(error, f"{picture}:", "File too large")
     assert list(tmp_path.iterdir()) == [picture]
     assert picture.read_text() == "of an earlier run"
 

@@ -1,8 +1,10 @@
 """Worker processes: they end with the process that started them, and an interrupt is not lost while they start."""
 
+import multiprocessing
 import os
 import re
 import signal
+import time
 from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
@@ -10,8 +12,9 @@ from typing import Any
 import pytest
 
 from a2s_drake import Scenario
-from a2s_drake.campaign import fly_each
+from a2s_drake.campaign import fly_each, worker_processes
 from a2s_drake.interrupts import ENDING_SIGNALS, ONE_REQUEST, interrupts_put_off
+from scripts import ending
 from tests.processes import children, end_of, is_there, needs_proc, start, start_program, wait_until
 
 # Two workers fly for an hour; a third is done at once and waits. Each tells of itself with its first sample.
@@ -141,6 +144,25 @@ def test_who_asks_again_need_not_wait(number: signal.Signals, monkeypatch: pytes
         reached.append(True)
     assert not reached
     assert signal.getsignal(number) is signal.default_int_handler
+
+
+def test_scripts_and_library_agree_on_the_signals() -> None:
+    assert (ending._SIGNALS, ending._ONE_REQUEST) == (ENDING_SIGNALS, ONE_REQUEST)
+
+
+def pause_from_the_second_on(_scenario: Scenario, place: int) -> None:
+    time.sleep(60.0 if place else 0.0)
+
+
+def test_workers_of_an_earlier_stage_end_with_the_one_that_fails() -> None:
+    others = set(multiprocessing.active_children())
+    with worker_processes(1) as workers:
+        list(fly_each({"planned": Scenario()}, pause_from_the_second_on, workers))
+        flights = fly_each({"short": Scenario(), "long": Scenario()}, pause_from_the_second_on, workers)
+        next(flights)
+        assert set(multiprocessing.active_children()) > others
+        flights.close()
+        wait_until(lambda: set(multiprocessing.active_children()) <= others, 20.0)
 
 
 def test_signals_without_an_answer_are_left_alone() -> None:

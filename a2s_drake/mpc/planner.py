@@ -73,7 +73,7 @@ class Planner:
     """Decides on a plan from a measured state, a reference and the previous plan.
 
     It never raises on numbers, and never answers with NaN or with an input outside the rotor bounds. An exception in
-    its solver counts as a failed attempt, and leads to one warning, a UserWarning, for each distinct text.
+    its solver counts as a failed attempt, and leads to one UserWarning for each type and line.
     """
 
     def __init__(self, airframe: Airframe, mpc: Mpc, solver: TrackingSolver | None = None) -> None:
@@ -86,7 +86,7 @@ class Planner:
         rates = (_REACH * mpc.velocity_limit, _REACH * mpc.angular_velocity_limit)
         self._reach = np.repeat([farthest, np.pi, *rates], 3)
         self._hover = hover_input(airframe)
-        self._warned: set[str] = set()  # Changes what is said, never what is decided.
+        self._warned: set[tuple[str, str, int | None]] = set()  # It affects warnings alone.
 
     def hover_plan(self, x0: FloatArray) -> Plan:
         """Hover thrust held from a state (12,)."""
@@ -163,11 +163,12 @@ class Planner:
         return Solution(None, 0)
 
     def _warn_once(self, error: BaseException) -> None:
-        """Tells of an exception in the solver; of each text once in this planner's life, lest it fill a terminal."""
+        """Warns of an exception in the solver, once for each type and line that raises it, lest it fill a terminal."""
         text = " ".join(f"{type(error).__name__}: {error}".split())
-        if text not in self._warned:
-            self._warned.add(text)
-            place = traceback.extract_tb(error.__traceback__)[-1]
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        cause = (type(error).__name__, place.filename, place.lineno)
+        if cause not in self._warned:
+            self._warned.add(cause)
             where = f"{Path(place.filename).name}, line {place.lineno}"
             told = f"the solver raised {text} ({where}); the planner falls back, and tells of this error only once"
             warnings.warn(told, stacklevel=_CALLER_OF_DECIDE)
