@@ -1,7 +1,7 @@
 #!/bin/sh
 # Makes the environment in .venv ready, and says what it does. Nothing happens where it is ready already.
 #
-#   scripts/environment.sh core    what the library needs to fly and draw
+#   scripts/environment.sh core    what the library needs to fly, and to draw diagrams
 #   scripts/environment.sh dev     that, and what its tests, checks and documentation need
 #   scripts/environment.sh list    every Python found that can make an environment, newest first: version and path
 #
@@ -65,7 +65,8 @@ chosen_python() {
     if [ -n "${PYTHON:-}" ]; then
         command -v "$PYTHON" >/dev/null || fail "PYTHON=$PYTHON: there is no such program"
         version=$(version_of "$PYTHON") ||
-            fail "PYTHON=$PYTHON: does not run, or lacks the modules venv and ensurepip; try $PYTHON -m ensurepip --version"
+            fail "PYTHON=$PYTHON: does not run, or lacks the modules venv and ensurepip:" \
+                "$("$PYTHON" -c 'import ensurepip, venv' 2>&1 | sed -n '/./{p;q;}')"
         is_recent "$version" || fail "PYTHON=$PYTHON: is Python $version; it must be 3.11 or newer"
         echo "$version $PYTHON"
         return
@@ -100,7 +101,7 @@ install() {
     if [ -e "$stamp" ] && [ ! pyproject.toml -nt "$stamp" ]; then
         return
     fi
-    echo "installing the project and what it needs into $VENV"
+    echo "installing the project and what it needs into $VENV ($3)"
     "$VENV/bin/python" -m pip install --quiet --disable-pip-version-check --editable "$2"
     touch "$VENV/installed-core" "$stamp"
 }
@@ -109,11 +110,11 @@ case ${1:-} in
 list) list_pythons ;;
 core)
     make_environment
-    install core .
+    install core '.[graph]' 'about 0.6 GB'
     ;;
 dev)
     make_environment
-    install dev '.[dev]'
+    install dev '.[dev]' 'about 1.4 GB'
     ;;
 *) fail "usage: scripts/environment.sh core|dev|list" ;;
 esac

@@ -33,7 +33,7 @@ class Clone:
         self.programs.mkdir()
         for name in ("Makefile", "pyproject.toml", "scripts/environment.sh"):
             shutil.copy2(ROOT / name, self.folder / name)
-        for tool in ("sh", "dirname", "head", "sort", "awk", "rm", "cp", "mkdir", "touch", "make"):
+        for tool in ("sh", "dirname", "head", "sort", "awk", "sed", "rm", "cp", "mkdir", "touch", "make"):
             found = shutil.which(tool)
             assert found
             (self.programs / tool).symlink_to(found)

@@ -92,7 +92,8 @@ def draw(texts: Sequence[str]) -> list[str]:
     else:
         if not is_installed("pygraphviz"):
             raise GraphvizMissing(
-                "SVG and HTML need Graphviz: its program `dot`, or pygraphviz (`pip install 'a2s_drake[graph]'`)"
+                "SVG and HTML need Graphviz: its program `dot`, or the package pygraphviz, which comes with the extra "
+                "a2s_drake[graph]"
             )
         pictures = json.loads(_run([sys.executable, "-c", _BY_WHEEL], json.dumps(list(texts))))
     return [re.sub(r"(<svg\b[^>]*>)", lambda match: match[1] + _STYLE, picture, count=1) for picture in pictures]
