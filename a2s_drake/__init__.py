@@ -1,20 +1,48 @@
 """Drake blocks for one question: how much of a UAV-to-ship radio link can be won back by turning the UAV?"""
 
-from a2s_drake.airframe import add_airframe, hover_input, rotor_table, wrench_map
-from a2s_drake.attitude_law import AttitudeReference, AttitudeReference_, attitude_reference
-from a2s_drake.checks import ScenarioError
-from a2s_drake.flight import Flight, FlightEnded, FlightInterrupted, WallClock, run_flight
-from a2s_drake.metrics import compute_metrics
-from a2s_drake.mpc.controller import MpcController, SolverStatus
-from a2s_drake.parameters import Airframe, AttitudeLaw, Disturbance, Link, Mission, Mpc, Simulation
-from a2s_drake.paths import ShipTrajectory, UavPath
-from a2s_drake.piqp_solver import PiqpSolver
-from a2s_drake.planned.keep import kept_plan
-from a2s_drake.planned.plan import PlannedAttitude, plan_attitude
-from a2s_drake.planned.reference import PlannedReference
-from a2s_drake.scenario import Scenario
-from a2s_drake.two_ray import TwoRayChannel, TwoRayChannel_
-from a2s_drake.wiring import WiringError, build_wired
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # What a type checker and an editor see; at run time each name is imported when it is first used.
+    from a2s_drake.common.wiring import WiringError, build_wired
+    from a2s_drake.control.controller import MpcController, SolverStatus
+    from a2s_drake.flight.log import Flight, FlightEnded, FlightInterrupted, WallClock
+    from a2s_drake.flight.metrics import compute_metrics
+    from a2s_drake.flight.run import run_flight
+    from a2s_drake.guidance.path import UavPath
+    from a2s_drake.guidance.plan.block import PlannedReference
+    from a2s_drake.guidance.plan.cache import kept_plan
+    from a2s_drake.guidance.plan.plan import PlannedAttitude, plan_attitude
+    from a2s_drake.guidance.soft_min import AttitudeReference, AttitudeReference_, attitude_reference
+    from a2s_drake.link.two_ray import TwoRayChannel, TwoRayChannel_
+    from a2s_drake.scenario.checks import ScenarioError
+    from a2s_drake.scenario.parts import Airframe, AttitudeLaw, Disturbance, Link, Mission, Mpc, Simulation
+    from a2s_drake.scenario.scenario import Scenario
+    from a2s_drake.solvers.piqp import PiqpSolver
+    from a2s_drake.vehicle.airframe import add_airframe, hover_input, rotor_table, wrench_map
+    from a2s_drake.world.ship import ShipTrajectory
+
+# The public names, by the module that each comes from. A test holds this list and the imports above equal.
+_MODULES = {
+    "scenario.scenario": ("Scenario",),
+    "scenario.checks": ("ScenarioError",),
+    "scenario.parts": ("Airframe", "AttitudeLaw", "Link", "Mission", "Mpc", "Disturbance", "Simulation"),
+    "world.ship": ("ShipTrajectory",),
+    "guidance.path": ("UavPath",),
+    "guidance.soft_min": ("AttitudeReference", "AttitudeReference_", "attitude_reference"),
+    "link.two_ray": ("TwoRayChannel", "TwoRayChannel_"),
+    "guidance.plan.plan": ("PlannedAttitude", "plan_attitude"),
+    "guidance.plan.block": ("PlannedReference",),
+    "guidance.plan.cache": ("kept_plan",),
+    "control.controller": ("MpcController", "SolverStatus"),
+    "solvers.piqp": ("PiqpSolver",),
+    "vehicle.airframe": ("add_airframe", "hover_input", "rotor_table", "wrench_map"),
+    "common.wiring": ("build_wired", "WiringError"),
+    "flight.log": ("Flight", "FlightEnded", "FlightInterrupted", "WallClock"),
+    "flight.run": ("run_flight",),
+    "flight.metrics": ("compute_metrics",),
+}
+_MODULE_OF = {name: f"{__name__}.{module}" for module, names in _MODULES.items() for name in names}
 
 __all__ = [
     "Scenario",
@@ -53,3 +81,14 @@ __all__ = [
     "run_flight",
     "compute_metrics",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(_MODULE_OF[name]), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

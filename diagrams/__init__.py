@@ -6,13 +6,14 @@ from pathlib import Path
 
 from pydrake.systems.framework import Diagram
 
-from a2s_drake.checks import ScenarioError
-from a2s_drake.quoting import PATH_LENGTH, one_line
-from a2s_drake.scenario import Scenario
-from a2s_drake.yaml_reader import read_text
-from diagrams.airframe_only import build_airframe_only
-from diagrams.closed_loop import build_closed_loop
-from diagrams.link_only import build_link_only
+from a2s_drake.common.quoting import PATH_LENGTH, one_line
+from a2s_drake.scenario.checks import ScenarioError
+from a2s_drake.scenario.scenario import Scenario
+from a2s_drake.scenario.yaml_reader import read_text
+
+from .airframe_only import build_airframe_only
+from .closed_loop import build_closed_loop
+from .link_only import build_link_only
 
 BUILDERS: dict[str, Callable[[Scenario], Diagram]] = {
     "closed_loop": build_closed_loop,
@@ -44,4 +45,12 @@ def load_scenario(name_or_path: str) -> Scenario:
     return Scenario.from_yaml(SCENARIOS.read_text(encoding="utf-8"), name=name_or_path, source=SCENARIOS.name)
 
 
-__all__ = ["BUILDERS", "SCENARIOS", "SUFFIXES", "load_scenario"]
+__all__ = [
+    "BUILDERS",
+    "SCENARIOS",
+    "SUFFIXES",
+    "build_airframe_only",
+    "build_closed_loop",
+    "build_link_only",
+    "load_scenario",
+]

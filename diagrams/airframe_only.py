@@ -2,9 +2,9 @@
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from a2s_drake.airframe import add_airframe
-from a2s_drake.scenario import Scenario
-from a2s_drake.wiring import build_wired, export_outputs
+from a2s_drake.common.wiring import build_wired, export_outputs
+from a2s_drake.scenario.scenario import Scenario
+from a2s_drake.vehicle.airframe import add_airframe
 
 
 def build_airframe_only(scenario: Scenario | None = None) -> Diagram:

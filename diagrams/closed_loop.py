@@ -2,14 +2,16 @@
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
-from a2s_drake.airframe import add_airframe, hover_input
-from a2s_drake.disturbances import InputDelay, MeasurementNoise
-from a2s_drake.mpc.controller import MpcController, feedforward_ports
-from a2s_drake.mpc.planner import Planner
-from a2s_drake.scenario import Scenario
-from a2s_drake.two_ray import TwoRayChannel
-from a2s_drake.wiring import build_wired, check_ports, export_outputs
-from diagrams.reference import add_reference
+from a2s_drake.common.wiring import build_wired, check_ports, export_outputs
+from a2s_drake.control.controller import MpcController, feedforward_ports
+from a2s_drake.control.ladder import Planner
+from a2s_drake.link.two_ray import TwoRayChannel
+from a2s_drake.navigation.sensors import MeasurementNoise
+from a2s_drake.scenario.scenario import Scenario
+from a2s_drake.vehicle.actuators import InputDelay
+from a2s_drake.vehicle.airframe import add_airframe, hover_input
+
+from .reference import add_reference
 
 
 def build_closed_loop(

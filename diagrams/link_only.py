@@ -4,10 +4,11 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource, Multiplexer
 
-from a2s_drake.scenario import Scenario
-from a2s_drake.two_ray import TwoRayChannel
-from a2s_drake.wiring import build_wired, export_outputs
-from diagrams.reference import add_reference
+from a2s_drake.common.wiring import build_wired, export_outputs
+from a2s_drake.link.two_ray import TwoRayChannel
+from a2s_drake.scenario.scenario import Scenario
+
+from .reference import add_reference
 
 
 def build_link_only(scenario: Scenario | None = None, law: System | None = None) -> Diagram:

@@ -2,12 +2,13 @@
 
 from pydrake.systems.framework import DiagramBuilder, System
 
-from a2s_drake.attitude_law import AttitudeReference
-from a2s_drake.paths import ShipTrajectory, UavPath
-from a2s_drake.planned.keep import kept_plan
-from a2s_drake.planned.reference import PlannedReference
-from a2s_drake.scenario import Scenario
-from a2s_drake.wiring import check_ports
+from a2s_drake.common.wiring import check_ports
+from a2s_drake.guidance.path import UavPath
+from a2s_drake.guidance.plan.block import PlannedReference
+from a2s_drake.guidance.plan.cache import kept_plan
+from a2s_drake.guidance.soft_min import AttitudeReference
+from a2s_drake.scenario.scenario import Scenario
+from a2s_drake.world.ship import ShipTrajectory
 
 
 def add_reference(

@@ -12,9 +12,9 @@ from a2s_drake import FlightEnded, FlightInterrupted, ScenarioError
 from a2s_drake.benchmark.growth import growth_figure
 from a2s_drake.benchmark.report import benchmark_text
 from a2s_drake.benchmark.suite import Benchmark
-from a2s_drake.figures import save_figure
-from a2s_drake.files import written_whole
-from a2s_drake.packages import is_installed
+from a2s_drake.common.files import written_whole
+from a2s_drake.common.packages import is_installed
+from a2s_drake.views.figures import save_figure
 from diagrams import build_closed_loop
 from scripts import common, flying
 

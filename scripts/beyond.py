@@ -6,7 +6,7 @@ import sys
 
 import diagrams
 from a2s_drake import Flight, ScenarioError
-from a2s_drake.beyond import PAPER, PLANNED, beyond_report, beyond_scenarios, other_missions, outcome
+from a2s_drake.study.missions import PAPER, PLANNED, beyond_report, beyond_scenarios, other_missions, outcome
 from scripts import common, flying
 
 

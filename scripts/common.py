@@ -10,11 +10,13 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import NoReturn
 
-from a2s_drake import Scenario, ScenarioError, files
-from a2s_drake.parameters import EVERY_LAW
-from a2s_drake.quoting import MESSAGE_LENGTH, one_line
-from a2s_drake.replay import Scene, start_meshcat
-from a2s_drake.scenario import parse_override
+from a2s_drake import Scenario, ScenarioError
+from a2s_drake.common import files
+from a2s_drake.common.quoting import MESSAGE_LENGTH, one_line
+from a2s_drake.flight import feasible
+from a2s_drake.scenario.parts import LAW_NAMES
+from a2s_drake.scenario.scenario import parse_override
+from a2s_drake.views.replay import Scene, start_meshcat
 from diagrams import SUFFIXES, load_scenario
 from scripts import ending, streams
 
@@ -141,7 +143,7 @@ def add_jobs_argument(parser: argparse.ArgumentParser) -> None:
 def add_law_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds `[--law NAME] [--plan-within S]`."""
     help_text = "the attitude law; wins over --set attitude_law.name=..."
-    parser.add_argument("--law", choices=EVERY_LAW, help=help_text)
+    parser.add_argument("--law", choices=LAW_NAMES, help=help_text)
     help_text = "settle for the best plan found within S seconds (under the law planned)"
     parser.add_argument("--plan-within", type=float, metavar="S", help=help_text)
 
@@ -163,7 +165,7 @@ def resolve_scenario(arguments: argparse.Namespace, overrides: list[str]) -> Sce
         scenario = load_scenario(arguments.scenario).with_overrides([*arguments.set, *overrides])
         if arguments.duration is not None:
             scenario = scenario.with_value("simulation.duration", arguments.duration)
-        return scenario.validate()
+        return feasible.check(scenario)
     except ScenarioError as error:
         raise UsageError(error) from error
 

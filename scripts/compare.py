@@ -6,10 +6,10 @@ import sys
 from concurrent.futures.process import BrokenProcessPool
 
 from a2s_drake import FlightEnded
-from a2s_drake.campaign import fly_each, worker_processes
-from a2s_drake.comparison import comparison_table
-from a2s_drake.figures import attitude_figure, channel_gain_figure, save_figure
-from a2s_drake.parameters import LAWS
+from a2s_drake.scenario.parts import PAPER_LAWS
+from a2s_drake.study.paper.comparison import comparison_table
+from a2s_drake.study.pool import fly_each, worker_processes
+from a2s_drake.views.figures import attitude_figure, channel_gain_figure, save_figure
 from scripts import common, flying
 
 
@@ -23,7 +23,7 @@ def main(argv: list[str] | None = None) -> int:
         common.refuse_law(arguments)
         common.check_jobs(arguments.jobs)
         own = common.resolve_scenario(arguments, [])
-        laws = tuple(dict.fromkeys((*LAWS, own.attitude_law.name)))
+        laws = tuple(dict.fromkeys((*PAPER_LAWS, own.attitude_law.name)))
         scenarios = {law: common.resolve_scenario(arguments, [f"attitude_law.name={law}"]) for law in laws}
         folder = arguments.out or common.default_folder(arguments)
         common.check_folder(folder)

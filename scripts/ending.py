@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from types import FrameType
 
-# These repeat `a2s_drake.interrupts`, whose package takes long to import; a test holds them equal.
+# These repeat `a2s_drake.common.interrupts`, whose package takes long to import; a test holds them equal.
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 # A terminal and a program that passes signals on can both deliver the same request: what comes within this time, s.

@@ -7,10 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from a2s_drake import Flight, Scenario
-from a2s_drake.arrays import BoolArray, FloatArray
-from a2s_drake.figures.style import AXIS_STYLES, BOUND_STYLE, COLUMN, LAW_STYLES, draw_bounds, legend_above, styled
-from a2s_drake.metrics import position_error
-from a2s_drake.mpc.plan import Plan, Reference
+from a2s_drake.common.arrays import BoolArray, FloatArray
+from a2s_drake.control.horizon import Plan, Reference
+from a2s_drake.flight.metrics import position_error
+from a2s_drake.guidance.laws import LAW_STYLES
+from a2s_drake.views.figures.style import AXIS_STYLES, BOUND_STYLE, COLUMN, draw_bounds, legend_above, styled
 
 # Okabe and Ito's palette, for what is neither a law nor an axis.
 _PALETTE = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#56B4E9")

@@ -13,17 +13,25 @@ from tqdm import tqdm
 import a2s_drake
 import diagrams
 from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, ScenarioError, compute_metrics, run_flight
-from a2s_drake.campaign import fly_each, worker_processes
-from a2s_drake.files import held, in_words, written_whole
-from a2s_drake.flight import Sample
-from a2s_drake.interrupts import interrupts_put_off
-from a2s_drake.metrics import write_metrics
-from a2s_drake.planned.keep import OtherPlanError, find_plan, kept_plan, load_plan, make_plan, plan_file, save_plan
-from a2s_drake.planned.plan import Progress
-from a2s_drake.planned.reference import PlannedReference
-from a2s_drake.planned.spline import AttitudeSpline
-from a2s_drake.replay import write_replay
-from a2s_drake.store import FlightStore, code_digest, fly_kept
+from a2s_drake.common.files import held, in_words, written_whole
+from a2s_drake.common.interrupts import interrupts_put_off
+from a2s_drake.flight.log import Sample
+from a2s_drake.flight.metrics import write_metrics
+from a2s_drake.guidance.plan.block import PlannedReference
+from a2s_drake.guidance.plan.cache import (
+    OtherPlanError,
+    find_plan,
+    kept_plan,
+    load_plan,
+    make_plan,
+    plan_file,
+    save_plan,
+)
+from a2s_drake.guidance.plan.plan import Progress
+from a2s_drake.guidance.plan.spline import AttitudeSpline
+from a2s_drake.study.pool import fly_each, worker_processes
+from a2s_drake.study.store import FlightStore, code_digest, fly_kept
+from a2s_drake.views.replay import write_replay
 from diagrams import build_closed_loop
 from scripts.common import UsageError, show_warnings, what_is_kept
 

@@ -5,11 +5,11 @@ if __name__ == "__main__":
 import sys
 
 import diagrams
-from a2s_drake.attribution import without_rate_bound
-from a2s_drake.files import in_words
-from a2s_drake.publish import publish
-from a2s_drake.replay import write_replay
-from a2s_drake.reproduction import HEADLINE, PRINTED, headline_flights, planned_flights
+from a2s_drake.common.files import in_words
+from a2s_drake.study.paper.attribution import without_rate_bound
+from a2s_drake.study.paper.reproduction import HEADLINE, PRINTED, headline_flights, planned_flights
+from a2s_drake.views.replay import write_replay
+from a2s_drake.views.report.publish import publish
 from scripts import common, flying
 
 

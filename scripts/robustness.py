@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from a2s_drake import ScenarioError
-from a2s_drake.robustness import robustness_scenarios, robustness_table
+from a2s_drake.study.robustness import robustness_scenarios, robustness_table
 from scripts import common, flying
 
 

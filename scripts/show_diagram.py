@@ -4,8 +4,8 @@ if __name__ == "__main__":
     import scripts.startup  # first, as the imports below take long
 import sys
 
-from a2s_drake.files import written_whole
-from a2s_drake.graph import FORMATS, GraphvizError, read_graph
+from a2s_drake.common.files import written_whole
+from a2s_drake.views.graph import FORMATS, GraphvizError, read_graph
 from diagrams import BUILDERS
 from scripts import common
 

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from a2s_drake import Flight, Scenario, run_flight
-from a2s_drake.ideal import ideal_study
-from a2s_drake.paths import ship_position, uav_position
+from a2s_drake.guidance.path import uav_position
+from a2s_drake.study.ideal_tracking import ideal_study
+from a2s_drake.world.ship import ship_position
 from diagrams import build_closed_loop, load_scenario
-from tests.browser import browser, open_page
+from tests.support.browser import browser, open_page
 
 __all__ = ["browser", "open_page"]
 
@@ -77,7 +78,7 @@ def _ideal_studies_are_made_once() -> Iterator[None]:
         return copy.deepcopy(made[key])
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("a2s_drake.reproduction.ideal_study", study)
+        patch.setattr("a2s_drake.study.paper.reproduction.ideal_study", study)
         yield
 
 

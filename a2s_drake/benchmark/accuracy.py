@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from a2s_drake.arrays import FloatArray
 from a2s_drake.benchmark.record import TrackingProblem
-from a2s_drake.mpc.model import NUM_INPUTS, RigidBodyModel
-from a2s_drake.mpc.program import input_bounds
-from a2s_drake.mpc.solve import make_solver
-from a2s_drake.parameters import Airframe, Mpc
+from a2s_drake.common.arrays import FloatArray
+from a2s_drake.control.program import input_bounds
+from a2s_drake.control.solve import make_solver
+from a2s_drake.scenario.parts import Airframe, Mpc
+from a2s_drake.vehicle.rigid_body import NUM_INPUTS, RigidBodyModel
 
 _EXACT = 1e-9
 _MANY = 20_000  # iterations; OSQP takes some hundreds to get there

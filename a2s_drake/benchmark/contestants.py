@@ -7,16 +7,16 @@ from typing import Protocol, TypeVar
 import numpy as np
 from pydrake.solvers import MathematicalProgram
 
-from a2s_drake.arrays import FloatArray
+from a2s_drake.benchmark.casadi import ConicPeer, WholePeer
 from a2s_drake.benchmark.plain import PlainOsqp
 from a2s_drake.benchmark.record import TrackingProblem
-from a2s_drake.mpc.model import NUM_INPUTS, RigidBodyModel
-from a2s_drake.mpc.plan import Plan
-from a2s_drake.mpc.program import LinearizedProgram
-from a2s_drake.mpc.solve import QP_SOLVERS, QpAnswer, QpSolver, RealTimeIteration
-from a2s_drake.parameters import Airframe, Mpc
-from a2s_drake.peers import ConicPeer, WholePeer
-from a2s_drake.quadratic_form import QuadraticForm
+from a2s_drake.common.arrays import FloatArray
+from a2s_drake.control.horizon import Plan
+from a2s_drake.control.program import LinearizedProgram
+from a2s_drake.control.solve import QP_SOLVERS, QpAnswer, QpSolver, RealTimeIteration
+from a2s_drake.scenario.parts import Airframe, Mpc
+from a2s_drake.solvers.quadratic_form import QuadraticForm
+from a2s_drake.vehicle.rigid_body import NUM_INPUTS, RigidBodyModel
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,15 @@ import numpy as np
 from matplotlib.figure import Figure
 from pydrake.systems.framework import Diagram
 
-from a2s_drake.arrays import FloatArray
 from a2s_drake.benchmark.contestants import Own, Run
 from a2s_drake.benchmark.record import TrackingProblem, record
 from a2s_drake.benchmark.timing import time_interleaved
-from a2s_drake.figures.style import column_figure, legend_above, styled
-from a2s_drake.mpc.planner import Planner
-from a2s_drake.mpc.solve import QP_SOLVERS
-from a2s_drake.scenario import Scenario
+from a2s_drake.common.arrays import FloatArray
+from a2s_drake.control.ladder import Planner
+from a2s_drake.control.solve import QP_SOLVERS
+from a2s_drake.flight import feasible
+from a2s_drake.scenario.scenario import Scenario
+from a2s_drake.views.figures.style import column_figure, legend_above, styled
 
 HORIZONS = (10, 20, 30, 60, 120)
 _DURATION = 1.0  # s
@@ -63,9 +64,8 @@ def growth_scenarios(scenario: Scenario) -> dict[int, Scenario]:
       ScenarioError: when one cannot be flown.
     """
     duration = min(_DURATION, scenario.duration)
-    return {
-        n: scenario.with_overrides([f"mpc.horizon={n}", f"simulation.duration={duration}"]).validate() for n in HORIZONS
-    }
+    horizons = {n: scenario.with_overrides([f"mpc.horizon={n}", f"simulation.duration={duration}"]) for n in HORIZONS}
+    return {n: feasible.check(changed) for n, changed in horizons.items()}
 
 
 class _AtHorizon:

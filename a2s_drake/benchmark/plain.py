@@ -3,12 +3,12 @@
 import numpy as np
 from pydrake.solvers import MathematicalProgram, OsqpSolver, SolverOptions
 
-from a2s_drake.arrays import FloatArray
-from a2s_drake.mpc.model import NUM_INPUTS, NUM_STATES, RigidBodyModel
-from a2s_drake.mpc.plan import Plan, Reference, state_weights
-from a2s_drake.mpc.program import input_bounds, state_bounds
-from a2s_drake.mpc.solve import Solution
-from a2s_drake.parameters import Airframe, Mpc
+from a2s_drake.common.arrays import FloatArray
+from a2s_drake.control.horizon import Plan, Reference, state_weights
+from a2s_drake.control.program import input_bounds, state_bounds
+from a2s_drake.control.solve import Solution
+from a2s_drake.scenario.parts import Airframe, Mpc
+from a2s_drake.vehicle.rigid_body import NUM_INPUTS, NUM_STATES, RigidBodyModel
 
 # Constants of its own, lest tuning the MPC move the baseline.
 _SCALE = 1.0e4  # Hz^2 per unit of an input; without it OSQP takes far longer.

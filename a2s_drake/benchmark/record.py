@@ -6,13 +6,14 @@ from typing import Any
 
 from pydrake.systems.framework import Diagram
 
-from a2s_drake.arrays import FloatArray
-from a2s_drake.flight import Flight, FlightEnded, run_flight
-from a2s_drake.mpc.model import RigidBodyModel
-from a2s_drake.mpc.plan import Plan, Reference
-from a2s_drake.mpc.planner import Planner
-from a2s_drake.mpc.solve import Solution, TrackingSolver, make_solver
-from a2s_drake.scenario import Scenario
+from a2s_drake.common.arrays import FloatArray
+from a2s_drake.control.horizon import Plan, Reference
+from a2s_drake.control.ladder import Planner
+from a2s_drake.control.solve import Solution, TrackingSolver, make_solver
+from a2s_drake.flight.log import Flight, FlightEnded
+from a2s_drake.flight.run import run_flight
+from a2s_drake.scenario.scenario import Scenario
+from a2s_drake.vehicle.rigid_body import RigidBodyModel
 
 
 @dataclass(frozen=True)

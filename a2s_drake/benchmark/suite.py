@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 from pydrake.systems.framework import Diagram
 
 from a2s_drake.benchmark.accuracy import exact_inputs
+from a2s_drake.benchmark.casadi import CONIC_PEERS
 from a2s_drake.benchmark.contestants import Conic, Contestant, Own, Plain, Whole
 from a2s_drake.benchmark.growth import Growth, growth_scenarios, measure_growth
 from a2s_drake.benchmark.record import TrackingProblem, record
 from a2s_drake.benchmark.summary import peak_memory_mib, summarise
 from a2s_drake.benchmark.timing import runs_in_a_row, spread, time_interleaved
-from a2s_drake.checks import ScenarioError
-from a2s_drake.mpc.planner import Planner
-from a2s_drake.mpc.solve import QP_SOLVERS
-from a2s_drake.parameters import Airframe, Mpc
-from a2s_drake.peers import CONIC_PEERS
-from a2s_drake.scenario import Scenario
+from a2s_drake.control.ladder import Planner
+from a2s_drake.control.solve import QP_SOLVERS
+from a2s_drake.scenario.checks import ScenarioError
+from a2s_drake.scenario.parts import Airframe, Mpc
+from a2s_drake.scenario.scenario import Scenario
 
 _MOST_BY_IPOPT = 40
 

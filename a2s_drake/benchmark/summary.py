@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from a2s_drake.arrays import FloatArray
 from a2s_drake.benchmark.accuracy import deviation_percent
 from a2s_drake.benchmark.growth import Growth
 from a2s_drake.benchmark.timing import Timing, statistics_ms
-from a2s_drake.flight import Flight
-from a2s_drake.metrics import compute_metrics
-from a2s_drake.packages import is_installed
-from a2s_drake.parameters import Airframe
+from a2s_drake.common.arrays import FloatArray
+from a2s_drake.common.packages import is_installed
+from a2s_drake.flight.log import Flight
+from a2s_drake.flight.metrics import compute_metrics
+from a2s_drake.scenario.parts import Airframe
 
 
 def peak_memory_mib() -> float:

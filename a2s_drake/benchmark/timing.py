@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from a2s_drake.arrays import FloatArray
 from a2s_drake.benchmark.contestants import Contestant, Run
+from a2s_drake.common.arrays import FloatArray
 
 Problem = TypeVar("Problem")
 

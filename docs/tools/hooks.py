@@ -24,8 +24,9 @@ sys.path[:0] = [str(TOOLS), str(ROOT)]
 from comments import assignment_comments  # noqa: E402
 
 import a2s_drake  # noqa: E402
-from a2s_drake import flight, parameters  # noqa: E402
-from a2s_drake.graph import as_html, as_svg, read_graph  # noqa: E402
+from a2s_drake.flight import log as flight  # noqa: E402
+from a2s_drake.scenario import parts as parameters  # noqa: E402
+from a2s_drake.views.graph import as_html, as_svg, read_graph  # noqa: E402
 from diagrams import BUILDERS  # noqa: E402
 
 _FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
@@ -126,7 +127,7 @@ def flight_table() -> str:
 def public_names() -> str:
     """Markdown of every public name: a link to its entry and its first sentence."""
     lines = ["| name | what it is |", "|---|---|"]
-    imports = [node for node in _tree(a2s_drake).body if isinstance(node, ast.ImportFrom)]
+    imports = [node for node in ast.walk(_tree(a2s_drake)) if isinstance(node, ast.ImportFrom)]
     modules = {alias.name: str(node.module) for node in imports for alias in node.names}
     for name in a2s_drake.__all__:
         said = _documentation(import_module(modules[name]), name)

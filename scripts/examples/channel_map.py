@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from a2s_drake import Scenario, TwoRayChannel, attitude_reference
-from a2s_drake.attitude_law import affine_phase, fringe_offsets, nearest_fringe
+from a2s_drake.guidance.soft_min import affine_phase, fringe_offsets, nearest_fringe
 from scripts.example_figures import channel_map_figure
 from scripts.examples.shared import run, run_example
 

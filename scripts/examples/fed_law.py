@@ -8,8 +8,8 @@ from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuil
 from pydrake.systems.primitives import ConstantVectorSource
 
 from a2s_drake import AttitudeReference, Scenario, compute_metrics, hover_input, run_flight
-from a2s_drake.paths import uav_velocity
-from a2s_drake.wiring import build_wired, export_outputs
+from a2s_drake.common.wiring import build_wired, export_outputs
+from a2s_drake.guidance.path import uav_velocity
 from diagrams import build_closed_loop
 from scripts.example_figures import laws_figure
 from scripts.examples.shared import run, run_example

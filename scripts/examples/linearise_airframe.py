@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from pydrake.systems.primitives import Linearize
 
 from a2s_drake import Scenario, hover_input
-from a2s_drake.mpc.model import RigidBodyModel
+from a2s_drake.vehicle.rigid_body import RigidBodyModel
 from diagrams import build_airframe_only
 from scripts.example_figures import poles_figure
 from scripts.examples.shared import run, run_example

@@ -12,8 +12,8 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
 from a2s_drake import Scenario, SolverStatus
-from a2s_drake.mpc.plan import cost_terms
-from a2s_drake.mpc.program import input_bounds, state_bounds
+from a2s_drake.control.horizon import cost_terms
+from a2s_drake.control.program import input_bounds, state_bounds
 from diagrams import build_closed_loop
 from scripts.example_figures import plan_figure
 from scripts.examples.shared import run, run_example

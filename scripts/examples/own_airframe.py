@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from a2s_drake import Scenario
-from a2s_drake.ceiling import is_hoverable
+from a2s_drake.study.ceiling import is_hoverable
 from scripts.example_figures import reach_figure
 from scripts.examples.shared import run, run_example
 

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from a2s_drake import Scenario, compute_metrics, run_flight
-from a2s_drake.ceiling import is_hoverable
-from a2s_drake.two_ray import antenna_position, channel_gain, path_lengths
+from a2s_drake.link.two_ray import antenna_position, channel_gain, path_lengths
+from a2s_drake.study.ceiling import is_hoverable
 from diagrams import build_closed_loop
 from scripts.example_figures import laws_figure
 from scripts.examples.shared import run, run_example

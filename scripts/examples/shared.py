@@ -7,7 +7,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from a2s_drake import FlightEnded, FlightInterrupted, ScenarioError
-from a2s_drake.figures import save_figure
+from a2s_drake.views.figures import save_figure
 from scripts import common
 from scripts.common import run
 

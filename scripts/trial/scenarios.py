@@ -7,7 +7,7 @@ from random import Random
 from typing import Any
 
 from a2s_drake import Scenario
-from a2s_drake.parameters import LAWS
+from a2s_drake.scenario.parts import PAPER_LAWS
 from diagrams import load_scenario
 from scripts.trial.case import Case
 
@@ -87,9 +87,9 @@ def _flown(rng: Random, defaults: Values, number: int) -> Values:
         drawn["mpc.horizon"] = rng.randint(1, 8)
         names = [name for name in names if name not in drawn]
     for name in rng.sample(names, rng.randint(1, 6)):
-        drawn[name] = rng.choice(LAWS) if name == "attitude_law.name" else draw(rng, FIELDS[name], defaults[name])
+        drawn[name] = rng.choice(PAPER_LAWS) if name == "attitude_law.name" else draw(rng, FIELDS[name], defaults[name])
     if not {"attitude_law.name", "mpc.solver"} & drawn.keys():
-        drawn["attitude_law.name"] = rng.choice(LAWS)
+        drawn["attitude_law.name"] = rng.choice(PAPER_LAWS)
     return drawn
 
 

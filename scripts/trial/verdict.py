@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from a2s_drake import Flight, Scenario
-from a2s_drake.flight import array_names
+from a2s_drake.flight.log import array_names
 from scripts.trial.case import Case
 from scripts.trial.isolation import WORK, Ending
 

@@ -1,0 +1,1 @@
+"""The controller that tracks a path and an attitude."""

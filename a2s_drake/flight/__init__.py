@@ -1,0 +1,1 @@
+"""One run of a diagram: flown, logged, measured and written."""

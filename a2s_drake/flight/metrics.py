@@ -1,0 +1,140 @@
+"""Metrics: what a Flight is worth in numbers."""
+
+import json
+import platform
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from a2s_drake.common.arrays import FloatArray
+from a2s_drake.common.files import written_whole
+from a2s_drake.flight.log import Fallback, Flight
+
+OUTAGE_THRESHOLDS_DB = (0.0, 3.0, 6.0, 9.0, 12.0)
+
+
+def throughput(flight: Flight) -> float:
+    """Cumulative throughput per hertz, bit/Hz: the sum of T_s log2(1 + SNR) over all samples (section V)."""
+    return float(flight.scenario.mpc.period * flight.spectral_efficiency.sum())
+
+
+def gain_percent(flight: Flight, baseline: Flight) -> float:
+    """How much more a flight transmits than a baseline, %."""
+    return 100.0 * (throughput(flight) / throughput(baseline) - 1.0)
+
+
+def outage_curve(flight: Flight, thresholds_db: FloatArray) -> FloatArray:
+    """Fraction of the samples with an SNR below each threshold, dB; shape (m,) to (m,)."""
+    return np.asarray((flight.snr_db < thresholds_db[:, np.newaxis]).mean(axis=1))
+
+
+def outage(flight: Flight) -> dict[float, float]:
+    """`outage_curve` at the paper's thresholds, dB."""
+    return dict(zip(OUTAGE_THRESHOLDS_DB, outage_curve(flight, np.array(OUTAGE_THRESHOLDS_DB)).tolist(), strict=True))
+
+
+def fades(flight: Flight, threshold_db: float = 0.0) -> int:
+    """How many times the SNR goes below a threshold, dB."""
+    below = flight.snr_db < threshold_db
+    return int(below[0]) + int((below[1:] & ~below[:-1]).sum())
+
+
+def position_error(flight: Flight) -> FloatArray:
+    """Distance of the centre of mass from its planned place, m, shape (n,)."""
+    return np.linalg.norm(flight.position - flight.position_reference, axis=1)
+
+
+def attitude_error(flight: Flight) -> FloatArray:
+    """Attitude minus reference, rad, shape (n, 3)."""
+    return flight.attitude - flight.attitude_reference
+
+
+def _bound_use(values: FloatArray, lower: Any, upper: Any, unit: str) -> dict[str, Any]:
+    low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
+    excess = np.maximum(low - values, values - high)
+    return {
+        "unit": unit,
+        "limit": [low.tolist(), high.tolist()],
+        # Distance from the middle of the range over half its width: 1 lies on the bound.
+        "largest_use": float((np.abs(values - (low + high) / 2.0) / ((high - low) / 2.0)).max()),
+        "worst_excess": float(np.maximum(excess, 0.0).max()),
+        "worst_excess_of_range": float(np.maximum(excess / (high - low), 0.0).max()),
+    }
+
+
+def bounds(flight: Flight) -> dict[str, dict[str, Any]]:
+    """Per bounded quantity: its limits, the largest share of them in use, and the worst step beyond them."""
+    airframe, mpc = flight.scenario.airframe, flight.scenario.mpc
+    velocity, rate, angle = mpc.velocity_limit, mpc.angular_velocity_limit, mpc.attitude_limit
+    uses = {
+        "position": _bound_use(flight.position, mpc.position_lower, mpc.position_upper, "m"),
+        "attitude": _bound_use(flight.attitude, -angle, angle, "rad"),
+        "velocity": _bound_use(flight.velocity, -velocity, velocity, "m/s"),
+        "angular_velocity": _bound_use(flight.angular_velocity, -rate, rate, "rad/s"),
+    }
+    if flight.has_rotors:
+        low, high = airframe.rotor_speed_min, airframe.rotor_speed_max
+        uses["rotor_speed"] = _bound_use(flight.rotor_speed, low, high, "Hz")
+    return uses
+
+
+def solver_summary(flight: Flight) -> dict[str, Any]:
+    """How the controller fared: failures of the problem as posed, what stood in, iterations, and time per step.
+
+    `step_ms` is a wall-clock reading of the machine that flew; null for a flight loaded from disk.
+    """
+    counts = {
+        fallback.name.lower(): int((flight.solver_fallback == fallback).sum())
+        for fallback in Fallback
+        if fallback is not Fallback.NONE
+    }
+    step_ms = None
+    if flight.wall_clock is not None:
+        step = 1e3 * flight.wall_clock.step
+        step_ms = {"median": float(np.median(step)), "p99": float(np.percentile(step, 99)), "max": float(step.max())}
+    return {
+        "failures": int((flight.solver_success == 0).sum()) if flight.has_rotors else 0,
+        "fallbacks": sum(counts.values()),
+        "fallback_counts": counts,
+        "iterations": int(flight.solver_iterations.sum()),
+        "iterations_max": int(flight.solver_iterations.max()),
+        "step_ms": step_ms,
+    }
+
+
+def compute_metrics(flight: Flight) -> dict[str, Any]:
+    """All metrics of a flight with at least one sample, ready for JSON.
+
+    Lengths in m, times in s, angles in rad where the name does not say `_deg`. `wall_s`, `real_time_factor` and
+    `solver.step_ms` are wall-clock readings, null for a flight loaded from disk.
+    """
+    error = position_error(flight)
+    wall = flight.wall_clock.total if flight.wall_clock is not None else None
+    flown = float(flight.time[-1])
+    return {
+        "law": flight.scenario.attitude_law.name,
+        "samples": len(flight.time),
+        "complete": len(flight.time) == len(flight.scenario.sample_times()),
+        "throughput_bit_per_hz": throughput(flight),
+        "outage": {f"{threshold:g}": fraction for threshold, fraction in outage(flight).items()},
+        "position_error_max_m": float(error.max()),
+        "position_error_rms_m": float(np.sqrt((error**2).mean())),
+        "attitude_error_rms_deg": np.rad2deg(np.sqrt((attitude_error(flight) ** 2).mean(axis=0))).tolist(),
+        "bounds": bounds(flight),
+        "solver": solver_summary(flight),
+        "wall_s": wall,
+        "real_time_factor": flown / wall if wall else None,
+        "versions": {
+            "a2s_drake": version("a2s_drake"),
+            "drake": version("drake"),
+            "python": platform.python_version(),
+        },
+    }
+
+
+def write_metrics(flight: Flight, folder: Path) -> None:
+    """Writes `compute_metrics` of a flight as metrics.json into a folder."""
+    with written_whole(folder / "metrics.json") as part:
+        part.write_text(json.dumps(compute_metrics(flight), indent=2) + "\n", encoding="utf-8")

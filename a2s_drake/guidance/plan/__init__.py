@@ -1,0 +1,1 @@
+"""An attitude planned before take-off."""

@@ -1,0 +1,1 @@
+"""The radio link between UAV and ship."""

@@ -1,0 +1,152 @@
+"""The air-to-sea two-ray channel: a direct ray, a ray reflected by the sea, and the antenna that attitude moves.
+
+Pure functions, vectorised over leading axes and open to AutoDiffXd, then the block that serves them. Complex numbers
+do not pass through AutoDiffXd, so the gain is computed from real and imaginary parts kept apart.
+"""
+
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem_
+from pydrake.systems.scalar_conversion import TemplateSystem
+
+from a2s_drake.common.arrays import Array
+from a2s_drake.common.rotations import rotation_matrix
+from a2s_drake.scenario.parts import Link
+
+
+def antenna_position(position: Array, eta: Array, link: Link) -> Array:
+    """Position of the UAV antenna's phase centre, p_a = p + R(eta) r_a, m, W (eq. 2 of the paper).
+
+    Args:
+      position: centre of mass, m, W, shape (..., 3).
+      eta: roll, pitch, yaw, rad, shape (..., 3).
+    """
+    return position + rotation_matrix(eta) @ np.asarray(link.antenna_offset)
+
+
+def ship_antenna_and_image(ship: Array, link: Link) -> tuple[Array, Array]:
+    """Positions of the ship's antenna and of its mirror image below the sea, m, W, each shape (..., 3).
+
+    The paper writes them as (x, y, h) and (x, y, -h), which holds only where z = 0 is the sea; its own world frame has
+    the sea at z = -20 m, so both are measured here from the ship's reference point at sea level.
+
+    Args:
+      ship: the ship's reference point at sea level, m, W, shape (..., 3).
+    """
+    up = np.array([0.0, 0.0, link.ship_antenna_height])
+    return ship + up, ship - up
+
+
+def path_lengths(antenna: Array, ship: Array, link: Link) -> tuple[Array, Array]:
+    """Lengths d_los and d_ref of the direct and the reflected ray, m, each shape (...) (eq. 3 of the paper).
+
+    Args:
+      antenna: the UAV antenna's phase centre, m, W, shape (..., 3).
+      ship: the ship's reference point at sea level, m, W, shape (..., 3).
+    """
+    direct, image = (target - antenna for target in ship_antenna_and_image(ship, link))
+    return np.sqrt((direct * direct).sum(axis=-1)), np.sqrt((image * image).sum(axis=-1))
+
+
+def specular_point(antenna: Array, ship: Array, link: Link) -> Array:
+    """Where the reflected ray meets the sea, m, W, shape (..., 3): on the straight line to the image, at sea level.
+
+    Args:
+      antenna: the UAV antenna's phase centre, above the sea, m, W, shape (..., 3).
+      ship: the ship's reference point at sea level, m, W, shape (..., 3).
+    """
+    _, image = ship_antenna_and_image(ship, link)
+    height = antenna[..., 2:] - ship[..., 2:]
+    return antenna + height / (height + link.ship_antenna_height) * (image - antenna)
+
+
+def phase_difference(d_los: Array, d_ref: Array, link: Link) -> Array:
+    """Phase lag dPhi of the reflected behind the direct ray by path length alone, rad, unwrapped (eq. 4)."""
+    return (2.0 * np.pi / link.wavelength) * (d_ref - d_los)
+
+
+def channel_gain(d_los: Array, d_ref: Array, link: Link) -> Array:
+    """|g|^2 of g = (lambda/4 pi)(1/d_los + (gamma/d_ref) exp(-j(dPhi + pi))), dimensionless (eq. 5)."""
+    phase = phase_difference(d_los, d_ref, link) + np.pi
+    reflected = link.reflection_magnitude / d_ref
+    real = 1.0 / d_los + reflected * np.cos(phase)
+    imag = -reflected * np.sin(phase)
+    return (link.wavelength / (4.0 * np.pi)) ** 2 * (real * real + imag * imag)
+
+
+def snr(gain: Array, link: Link) -> Array:
+    """Signal-to-noise ratio P_t |g|^2 / sigma^2, linear."""
+    return link.transmit_to_noise * gain
+
+
+def snr_db(gain: Array, link: Link) -> Array:
+    """Signal-to-noise ratio, dB."""
+    return (10.0 / np.log(10.0)) * np.log(snr(gain, link))
+
+
+def spectral_efficiency(gain: Array, link: Link) -> Array:
+    """Shannon's log2(1 + SNR), bit/s/Hz."""
+    return np.log(1.0 + snr(gain, link)) / np.log(2.0)
+
+
+@TemplateSystem.define("TwoRayChannel_")
+def TwoRayChannel_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a template over scalar types
+    """The block `TwoRayChannel` for the scalar type T."""
+
+    class TwoRayChannel(LeafSystem_[T]):
+        """The two-ray channel between the UAV's antenna and the ship's.
+
+        ```
+                              +---------------+--> channel_gain
+            vehicle_state  -->|               |--> snr_db
+                              | TwoRayChannel |
+            ship_position  -->|               |--> spectral_efficiency
+                              +---------------+--> phase_difference
+        ```
+
+        - `vehicle_state` (12): [p (m, W), eta (rad), v (m/s, W), omega (rad/s, B)]; only p and eta matter.
+        - `ship_position` (3): the ship's reference point at sea level, m, W.
+        - `channel_gain` (1): |g|^2, dimensionless.
+        - `snr_db` (1): P_t |g|^2 / sigma^2, dB.
+        - `spectral_efficiency` (1): log2(1 + SNR), bit/s/Hz.
+        - `phase_difference` (1): dPhi, rad, unwrapped.
+
+        Stateless. Converts to AutoDiffXd.
+        """
+
+        def _construct(self, link: Link, converter: Any = None) -> None:
+            LeafSystem_[T].__init__(self, converter=converter)
+            self._link = link
+            self._vehicle_state = self.DeclareVectorInputPort("vehicle_state", 12)
+            self._ship_position = self.DeclareVectorInputPort("ship_position", 3)
+            inputs = {self._vehicle_state.ticket(), self._ship_position.ticket()}
+            self._channel_gain = self.DeclareVectorOutputPort("channel_gain", 1, self._calc_channel_gain, inputs)
+            self.DeclareVectorOutputPort("snr_db", 1, self._calc_snr_db, inputs)
+            self.DeclareVectorOutputPort("spectral_efficiency", 1, self._calc_spectral_efficiency, inputs)
+            self.DeclareVectorOutputPort("phase_difference", 1, self._calc_phase_difference, inputs)
+
+        def _construct_copy(self, other: Any, converter: Any = None) -> None:
+            self._construct(other._link, converter=converter)
+
+        def _path_lengths(self, context: Any) -> tuple[Array, Array]:
+            state = self._vehicle_state.Eval(context)
+            antenna = antenna_position(state[0:3], state[3:6], self._link)
+            return path_lengths(antenna, self._ship_position.Eval(context), self._link)
+
+        def _calc_channel_gain(self, context: Any, output: Any) -> None:
+            output[0] = channel_gain(*self._path_lengths(context), self._link)
+
+        def _calc_snr_db(self, context: Any, output: Any) -> None:
+            output[0] = snr_db(self._channel_gain.Eval(context)[0], self._link)
+
+        def _calc_spectral_efficiency(self, context: Any, output: Any) -> None:
+            output[0] = spectral_efficiency(self._channel_gain.Eval(context)[0], self._link)
+
+        def _calc_phase_difference(self, context: Any, output: Any) -> None:
+            output[0] = phase_difference(*self._path_lengths(context), self._link)
+
+    return TwoRayChannel
+
+
+TwoRayChannel = TwoRayChannel_[None]

@@ -1,1 +1,0 @@
-"""Model predictive control: prediction model, mathematical program, solvers, decision with fallbacks, block."""

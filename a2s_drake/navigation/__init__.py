@@ -1,0 +1,1 @@
+"""What the UAV may know: sensors and the estimates made from them."""

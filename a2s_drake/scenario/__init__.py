@@ -1,0 +1,1 @@
+"""What a flight hangs on, as data."""

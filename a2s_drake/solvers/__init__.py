@@ -1,0 +1,1 @@
+"""Solvers of quadratic programs behind Drake's interface."""

@@ -1,0 +1,1 @@
+"""Many flights that answer one question each."""

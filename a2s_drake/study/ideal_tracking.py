@@ -1,0 +1,118 @@
+"""The ideal study: what each law would win if the vehicle were always as it should be, and what any law could."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from a2s_drake.common.arrays import BoolArray, FloatArray
+from a2s_drake.flight.log import Flight
+from a2s_drake.guidance.path import uav_position
+from a2s_drake.guidance.soft_min import affine_phase, attitude_reference
+from a2s_drake.scenario.parts import FALLBACKS
+from a2s_drake.scenario.scenario import Scenario
+from a2s_drake.study.ceiling import (
+    affine_phase_error,
+    best_attitude,
+    best_hoverable_attitude,
+    is_hoverable,
+    throughput_of,
+)
+from a2s_drake.world.ship import ship_position
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """The planned mission sampled at t_k: time (n,), UAV and ship positions (n, 3), m, W."""
+
+    time: FloatArray
+    position: FloatArray
+    ship: FloatArray
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> "Geometry":
+        """The planned geometry of a scenario over its flight."""
+        time = scenario.sample_times()
+        return cls(time, uav_position(time, scenario.mission), ship_position(time, scenario.mission))
+
+    @classmethod
+    def of_flight(cls, flight: Flight) -> "Geometry":
+        """The planned geometry that a flight has logged."""
+        return cls(flight.time, flight.position_reference, flight.ship_position)
+
+
+def law_attitude(scenario: Scenario, geometry: Geometry, name: str, fallback: str) -> FloatArray:
+    """The reference of a law under a fallback along a geometry, rad, shape (n, 3)."""
+    law = replace(scenario.attitude_law, name=name, fallback=fallback)
+    return attitude_reference(geometry.position, geometry.ship, scenario.link, law, scenario.mpc.attitude_limit)
+
+
+def without_candidate(zero: FloatArray, nearest: FloatArray) -> BoolArray:
+    """Where a law has no candidate to take, shape (n,): where its references under these two fallbacks differ."""
+    return np.asarray((zero != nearest).any(axis=1))
+
+
+def ideal_gain(scenario: Scenario, geometry: Geometry, eta: FloatArray) -> float:
+    """Gain in throughput of an attitude held exactly over level attitude held exactly, %."""
+    mine, level = (
+        throughput_of(geometry.position, attitude, geometry.ship, scenario.link, scenario.mpc.period)
+        for attitude in (eta, np.zeros_like(eta))
+    )
+    return 100.0 * (mine / level - 1.0)
+
+
+def phase_errors(scenario: Scenario, geometry: Geometry) -> FloatArray:
+    """Exact minus affine phase on the boundary of the attitude box, rad, shape (n, 26)."""
+    phase, k = affine_phase(geometry.position, geometry.ship, scenario.link)
+    return affine_phase_error(
+        geometry.position,
+        geometry.ship,
+        scenario.link,
+        scenario.mpc.attitude_limit,
+        lambda eta: phase[:, np.newaxis] + np.einsum("nmi,ni->nm", eta, k),
+    )
+
+
+def ideal_study(scenario: Scenario) -> dict[str, Any]:
+    """Ideal tracking of every law and fallback, both ceilings, and the affine phase error.
+
+    Returns:
+      `level_throughput_bit_per_hz`; `gain_percent` by law and fallback; `ceiling_percent` in the attitude `box` and
+      over `hoverable` attitudes; `empty_share` of samples without a feasible candidate by law; `hoverable_share` of
+      the three-axis references under each fallback; `affine_phase_error_rad` {max, rms}.
+    """
+    geometry = Geometry.of(scenario)
+    link, limit, airframe = scenario.link, scenario.mpc.attitude_limit, scenario.airframe
+    references = {
+        (name, fallback): law_attitude(scenario, geometry, name, fallback)
+        for name in ("three_axis", "pitch_only")
+        for fallback in FALLBACKS
+    }
+    box = best_attitude(geometry.position, geometry.ship, link, limit)
+    hover = best_hoverable_attitude(geometry.position, geometry.ship, link, limit, airframe)
+    errors = phase_errors(scenario, geometry)
+    level = np.zeros_like(box)
+    return {
+        "level_throughput_bit_per_hz": throughput_of(
+            geometry.position, level, geometry.ship, link, scenario.mpc.period
+        ),
+        "gain_percent": {
+            name: {fallback: ideal_gain(scenario, geometry, references[name, fallback]) for fallback in FALLBACKS}
+            for name in ("three_axis", "pitch_only")
+        },
+        "ceiling_percent": {
+            "box": ideal_gain(scenario, geometry, box),
+            "hoverable": ideal_gain(scenario, geometry, hover),
+        },
+        "empty_share": {
+            name: float(without_candidate(references[name, "zero"], references[name, "nearest"]).mean())
+            for name in ("three_axis", "pitch_only")
+        },
+        "hoverable_share": {
+            fallback: float(is_hoverable(references["three_axis", fallback], airframe).mean()) for fallback in FALLBACKS
+        },
+        "affine_phase_error_rad": {
+            "max": float(np.abs(errors).max()),
+            "rms": float(np.sqrt((errors**2).mean())),
+        },
+    }

@@ -1,0 +1,1 @@
+"""The paper against what is flown here."""

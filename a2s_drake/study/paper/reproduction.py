@@ -1,0 +1,182 @@
+"""The reproduction: which flights answer the paper, and what they say, as one dictionary of numbers."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from a2s_drake.flight import feasible
+from a2s_drake.flight.log import Flight
+from a2s_drake.flight.metrics import compute_metrics, fades, gain_percent, outage_curve
+from a2s_drake.guidance.plan.spline import AttitudeSpline
+from a2s_drake.scenario.parts import LAW_NAMES, PAPER_LAWS
+from a2s_drake.scenario.scenario import Scenario
+from a2s_drake.study.ideal_tracking import Geometry, ideal_gain, ideal_study
+from a2s_drake.study.paper.attribution import attribution
+from a2s_drake.study.paper.comparison import PAPER_GAINS
+from a2s_drake.study.paper.errata import errata
+from a2s_drake.study.paper.readings import all_readings, under_law
+
+# The scenario of the headline, and the one with Table I as printed; readings are varied from both.
+HEADLINE, PRINTED = "paper_calibrated", "paper"
+
+
+def flight_name(base: str, law: str, question: str = "", answer: str = "") -> str:
+    """What a flight of a campaign goes by."""
+    return " / ".join(filter(None, (base, question, answer, law)))
+
+
+def planned_flights(bases: Mapping[str, Scenario], *, quick: bool = False) -> dict[str, Scenario]:
+    """Every flight of the report by name, validated; with `quick` those alone that the headline of the paper needs.
+
+    Args:
+      bases: the scenarios named HEADLINE and PRINTED.
+    """
+    flights = {flight_name(HEADLINE, law): under_law(bases[HEADLINE], law) for law in PAPER_LAWS}
+    if not quick:
+        flights[flight_name(PRINTED, "planned")] = under_law(bases[PRINTED], "planned")
+        for base, scenario in bases.items():
+            flights |= {flight_name(base, law): under_law(scenario, law) for law in PAPER_LAWS}
+            for reading in all_readings():
+                read = reading.applied(scenario)
+                for law in PAPER_LAWS:
+                    flights[flight_name(base, law, reading.question, reading.answer)] = under_law(read, law)
+    return {name: feasible.check(scenario) for name, scenario in flights.items()}
+
+
+def headline_flights(flights: Mapping[str, Flight]) -> dict[str, Flight]:
+    """The headline scenario's flights by law."""
+    return {law: flights[flight_name(HEADLINE, law)] for law in PAPER_LAWS}
+
+
+def printed_flights(flights: Mapping[str, Flight]) -> dict[str, Flight]:
+    """The flights of Table I as printed, by law, `planned` among them."""
+    return {law: flights[flight_name(PRINTED, law)] for law in LAW_NAMES}
+
+
+def _gains(by_law: Mapping[str, Flight]) -> dict[str, float]:
+    mine = by_law["three_axis"]
+    return {
+        "over_level": gain_percent(mine, by_law["level"]),
+        "over_pitch_only": gain_percent(mine, by_law["pitch_only"]),
+        "pitch_only_over_level": gain_percent(by_law["pitch_only"], by_law["level"]),
+    }
+
+
+def reading_rows(bases: Mapping[str, Scenario], flights: Mapping[str, Flight]) -> list[dict[str, Any]]:
+    """What each reading makes of the headline, from both bases."""
+    rows = []
+    for base, scenario in bases.items():
+        for reading in all_readings():
+            by_law = {law: flights[flight_name(base, law, reading.question, reading.answer)] for law in PAPER_LAWS}
+            metrics = {law: compute_metrics(flight) for law, flight in by_law.items()}
+            rows.append(
+                {
+                    "base": base,
+                    "question": reading.question,
+                    "answer": reading.answer,
+                    "is_base": reading.is_base(scenario),
+                    **_gains(by_law),
+                    "position_error_max_m": metrics["three_axis"]["position_error_max_m"],
+                    "solver_failures": sum(entry["solver"]["failures"] for entry in metrics.values()),
+                }
+            )
+    return rows
+
+
+def ceiling_rows(
+    scenario: Scenario, ideal: Mapping[str, Any], by_law: Mapping[str, Flight] | None
+) -> list[dict[str, Any]]:
+    """Each way to choose the attitude in one scenario, from the ceiling down, with its share of the ceiling.
+
+    Args:
+      ideal: the scenario's `ideal_study`.
+      by_law: its flights; without them the rows of closed loops are absent.
+    """
+    fallback = scenario.attitude_law.fallback
+    rows = [("best in the attitude box", "ceiling", "", ideal["ceiling_percent"]["box"])]
+    rows.append(("best statically hoverable", "ceiling", "", ideal["ceiling_percent"]["hoverable"]))
+    for law, gains in ideal["gain_percent"].items():
+        rows.append((f"ideally tracked, {fallback}", "ideal", law, gains[fallback]))
+        rows += [(f"ideally tracked, {name}", "other", law, gain) for name, gain in gains.items() if name != fallback]
+    if by_law is not None and "planned" in by_law:
+        plan = by_law["planned"]
+        held = ideal_gain(scenario, Geometry.of_flight(plan), plan.attitude_reference)
+        rows.append(("ideally tracked", "ideal", "planned", held))
+        rows.append(("flown", "flown", "planned", gain_percent(plan, by_law["level"])))
+    if by_law is not None:
+        gains = _gains(by_law)
+        rows.append(("flown", "flown", "three_axis", gains["over_level"]))
+        rows.append(("flown", "flown", "pitch_only", gains["pitch_only_over_level"]))
+    best = ideal["ceiling_percent"]["box"]
+    return [
+        {"name": name, "kind": kind, "law": law, "gain_percent": gain, "share": gain / best}
+        for name, kind, law, gain in rows
+    ]
+
+
+def _claims(by_law: Mapping[str, Flight]) -> dict[str, Any]:
+    """What the paper says in words of its curves, in figures."""
+    thresholds = np.linspace(-10.0, 20.0, 601)
+    curves = {law: outage_curve(flight, thresholds) for law, flight in by_law.items()}
+    excess = curves["three_axis"] - np.minimum(curves["pitch_only"], curves["level"])
+    return {
+        "fades_below_0_db": {law: fades(flight) for law, flight in by_law.items()},
+        "outage_worst_excess": float(excess.max()),
+        "outage_worst_excess_at_db": float(thresholds[excess.argmax()]),
+    }
+
+
+def _beyond(by_law: Mapping[str, Flight], unbounded: AttitudeSpline) -> dict[str, Any]:
+    """The law `planned` beside the paper's on Table I as printed, and what each effect costs either."""
+    return {
+        "scenario": PRINTED,
+        "gain_percent": {
+            "planned_over_level": gain_percent(by_law["planned"], by_law["level"]),
+            "planned_over_three_axis": gain_percent(by_law["planned"], by_law["three_axis"]),
+            "three_axis_over_level": gain_percent(by_law["three_axis"], by_law["level"]),
+        },
+        "laws": {law: _reproducible(compute_metrics(flight)) for law, flight in by_law.items()},
+        "attribution": [asdict(step) for step in attribution(by_law, unbounded)],
+    }
+
+
+def _reproducible(metrics: dict[str, Any]) -> dict[str, Any]:
+    """Metrics short of what the machine's clock put in."""
+    kept = {name: value for name, value in metrics.items() if name not in ("wall_s", "real_time_factor", "versions")}
+    return kept | {"solver": {name: value for name, value in kept["solver"].items() if name != "step_ms"}}
+
+
+def collect_results(
+    bases: Mapping[str, Scenario], flights: Mapping[str, Flight], unbounded: AttitudeSpline | None = None
+) -> dict[str, Any]:
+    """All numbers of the report, the same on every run: headline, readings, ceilings, errata, beyond.
+
+    Args:
+      unbounded: the plan of `without_rate_bound(bases[PRINTED])`. Without it this is a quick report on the headline's
+        flights alone, which lacks `readings`, `beyond` and the closed loops of Table I as printed.
+    """
+    by_law = headline_flights(flights)
+    metrics = {law: compute_metrics(flight) for law, flight in by_law.items()}
+    ideal = {base: ideal_study(scenario) for base, scenario in bases.items()}
+    flown = {HEADLINE: by_law}
+    if unbounded is not None:
+        flown[PRINTED] = printed_flights(flights)
+    results: dict[str, Any] = {
+        "paper_gain_percent": {f"over_{baseline}": gain for (_, baseline), gain in PAPER_GAINS.items()},
+        "headline": {
+            "scenario": HEADLINE,
+            "gain_percent": _gains(by_law),
+            "laws": {law: _reproducible(entry) for law, entry in metrics.items()},
+            "claims": _claims(by_law),
+        },
+        "ideal": ideal,
+        "ceilings": {base: ceiling_rows(bases[base], ideal[base], flown.get(base)) for base in bases},
+        "errata": [asdict(erratum) for erratum in errata(bases[PRINTED])],
+        "versions": metrics["level"]["versions"],
+    }
+    if unbounded is not None:
+        results["readings"] = reading_rows(bases, flights)
+        results["beyond"] = _beyond(flown[PRINTED], unbounded)
+    return results

@@ -1,0 +1,1 @@
+"""The hexarotor: its plant, its prediction model and what follows from both."""

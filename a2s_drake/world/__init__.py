@@ -1,0 +1,1 @@
+"""The truth outside the UAV: the ship, the sea and the wind."""

@@ -1,0 +1,1 @@
+"""What tests share: made-up flights, geometry, graphs, processes and a browser."""
