@@ -6,6 +6,9 @@ from typing import Any
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, PortDataType, System
 
+# The attribute of a diagram under which it carries the names of the user's own blocks.
+_OWN_BLOCKS = "a2s_own_blocks"
+
 
 class WiringError(ValueError):
     """A diagram with dangling inputs, listed as `block: port`, or a block whose ports do not fit its role."""
@@ -72,3 +75,13 @@ def build_wired(builder: DiagramBuilder, name: str) -> Diagram:
     diagram = builder.Build()
     diagram.set_name(name)
     return diagram
+
+
+def mark_own_blocks(diagram: Diagram, names: dict[str, str]) -> None:
+    """Notes in a diagram which of its blocks are the user's own: block name by role, `{"law": "MyLaw"}`."""
+    setattr(diagram, _OWN_BLOCKS, dict(names))
+
+
+def own_blocks(diagram: Diagram) -> dict[str, str]:
+    """The blocks of the user's own in a diagram, as `mark_own_blocks` noted them; empty without any."""
+    return dict(getattr(diagram, _OWN_BLOCKS, {}))

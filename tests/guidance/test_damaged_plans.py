@@ -18,9 +18,9 @@ from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.study.pool import worker_processes
 from diagrams import load_scenario
 from scripts import flying, simulate
+from tests.guidance.test_plan_block import SMALL
 from tests.support.damage import FLIPS, content, encrypted, flip_many, rewrite
 from tests.support.flights import made_up_flight
-from tests.guidance.test_plan_block import SMALL
 
 
 @pytest.fixture(scope="module")

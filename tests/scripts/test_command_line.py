@@ -14,8 +14,8 @@ from a2s_drake.flight.log import array_names
 from a2s_drake.study.robustness import DISTURBANCES
 from diagrams import build_link_only
 from scripts import compare, flying, reproduce, robustness, simulate
-from tests.support.flights import made_up_flight
 from tests.study.test_reproduction import made_up
+from tests.support.flights import made_up_flight
 
 SHORT = ["--duration", "0.2", "--set", "mpc.horizon=8"]
 

@@ -26,11 +26,11 @@ from a2s_drake.views.figures import save_figure
 from diagrams import build_link_only
 from scripts import benchmark, beyond, common, compare, flying, reproduce, robustness, show_diagram, simulate
 from scripts.examples import channel_map, fed_law, linearise_airframe, one_mpc_step, own_airframe, own_law
+from tests.guidance.test_plan_block import SMALL
+from tests.scripts.test_command_line import SHORT, reproducing
 from tests.support.damage import full_disk
 from tests.support.flights import made_up_flight
 from tests.support.markdown import ROOT
-from tests.guidance.test_plan_block import SMALL
-from tests.scripts.test_command_line import SHORT, reproducing
 
 __all__ = ["reproducing"]
 
