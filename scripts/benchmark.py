@@ -15,7 +15,6 @@ from a2s_drake.benchmark.suite import Benchmark
 from a2s_drake.common.files import written_whole
 from a2s_drake.common.packages import is_installed
 from a2s_drake.views.figures import save_figure
-from diagrams import build_closed_loop
 from scripts import common, flying
 
 
@@ -31,7 +30,7 @@ def main(argv: list[str] | None = None) -> int:
         folder = arguments.out or Path("results/benchmark")
         common.check_count(arguments.peers_every, "--peers-every")
         peers = 0 if arguments.no_peers or not is_installed("casadi") else arguments.peers_every
-        benchmark = Benchmark(common.resolve_scenario(arguments, []), build_closed_loop, peers)
+        benchmark = Benchmark(common.resolve_scenario(arguments, []), peers)
         benchmark.check()
         if arguments.json is not None:
             common.check_file(arguments.json, "--json")

@@ -17,7 +17,7 @@ from a2s_drake.common.files import held, in_words, written_whole
 from a2s_drake.common.interrupts import interrupts_put_off
 from a2s_drake.flight.log import Sample
 from a2s_drake.flight.metrics import write_metrics
-from a2s_drake.guidance.plan.block import PlannedReference
+from a2s_drake.guidance.laws import find_law
 from a2s_drake.guidance.plan.cache import (
     OtherPlanError,
     find_plan,
@@ -25,6 +25,7 @@ from a2s_drake.guidance.plan.cache import (
     load_plan,
     make_plan,
     plan_file,
+    plan_for_law,
     save_plan,
 )
 from a2s_drake.guidance.plan.plan import Progress
@@ -59,7 +60,7 @@ def plan_ahead(
     Raises:
       UsageError: when there is a time limit and nothing to plan, or the mission cannot be planned.
     """
-    if scenario.attitude_law.name != "planned":
+    if not find_law(scenario.attitude_law.name).needs_plan:
         if time_limit is not None:
             raise UsageError(f"--plan-within: the law {scenario.attitude_law.name} makes no plan")
         return None
@@ -97,8 +98,7 @@ def fly(
     label = scenario.attitude_law.name
     with tqdm(total=len(scenario.sample_times()), desc=label, position=row, leave=False, disable=None) as bar:
         rate = 0.0 if observer is None else 1.0
-        law = None if plan is None else PlannedReference(plan, scenario.airframe, scenario.mission, scenario.mpc)
-        diagram = build_closed_loop(scenario, law=law)
+        diagram = build_closed_loop(scenario, plan=plan)
         return run_flight(diagram, scenario, bar.update, observer=observer, target_realtime_rate=rate)
 
 
@@ -113,7 +113,7 @@ def fly_quietly(scenario: Scenario, _place: int) -> Flight:
     """Flies a validated scenario in closed loop, without a progress bar of its own."""
     with warnings.catch_warnings():
         show_warnings()
-        return run_flight(build_closed_loop(scenario), scenario)
+        return run_flight(build_closed_loop(scenario, plan=plan_for_law(scenario)), scenario)
 
 
 def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> dict[str, Flight]:
@@ -147,7 +147,9 @@ def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> di
 def _plan_each(scenarios: Mapping[str, Scenario], workers: Executor) -> None:
     """Makes every plan that these flights need and that is not kept whole, each of them once."""
     needed = {
-        plan_file(scenario): scenario for scenario in scenarios.values() if scenario.attitude_law.name == "planned"
+        plan_file(scenario): scenario
+        for scenario in scenarios.values()
+        if find_law(scenario.attitude_law.name).needs_plan
     }
     missing = {file.name: scenario for file, scenario in needed.items() if find_plan(scenario) is None}
     if missing:

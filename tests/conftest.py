@@ -9,6 +9,7 @@ import pytest
 
 from a2s_drake import Flight, Scenario, run_flight
 from a2s_drake.guidance.path import uav_position
+from a2s_drake.guidance.plan.cache import plan_for_law
 from a2s_drake.study.ideal_tracking import ideal_study
 from a2s_drake.world.ship import ship_position
 from diagrams import build_closed_loop, load_scenario
@@ -60,7 +61,7 @@ def fly() -> Callable[..., Flight]:
         key = (name, *overrides)
         if key not in flown:
             scenario = load_scenario(name).with_overrides(overrides).validate()
-            flown[key] = run_flight(build_closed_loop(scenario), scenario)
+            flown[key] = run_flight(build_closed_loop(scenario, plan=plan_for_law(scenario)), scenario)
         return flown[key]
 
     return fly_once

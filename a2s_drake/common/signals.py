@@ -6,6 +6,7 @@ PORT_UNITS: dict[str, str] = {
     "position_reference": "m",
     "position_preview": "m",
     "ship_position": "m",
+    "ship_antenna_position": "m",
     "ship_preview": "m",
     "attitude_reference": "rad",
     "attitude_preview": "rad",
@@ -22,6 +23,7 @@ PORT_UNITS: dict[str, str] = {
     "snr_db": "dB",
     "spectral_efficiency": "bit/s/Hz",
     "phase_difference": "rad",
+    "reflection": "1, rad",
     "plant_state": "1, m, rad/s, m/s",
     "spatial_forces": "N m, N",
 }

@@ -135,7 +135,14 @@ def add_airframe(
     p_WB: Sequence[float] = (0.0, 0.0, 0.0),
     disturbance: Disturbance | None = None,
 ) -> Diagram:
-    """Adds the hexarotor as a sub-diagram named `airframe`, by default level and at rest at `p_WB` (m).
+    """Adds what `make_airframe` makes, and returns it."""
+    return builder.AddSystem(make_airframe(airframe, p_WB, disturbance))
+
+
+def make_airframe(
+    airframe: Airframe, p_WB: Sequence[float] = (0.0, 0.0, 0.0), disturbance: Disturbance | None = None
+) -> Diagram:
+    """The hexarotor as a diagram named `airframe`, by default level and at rest at `p_WB` (m).
 
     ```
                                +----------+
@@ -164,7 +171,7 @@ def add_airframe(
     _export_command(inner, propeller, disturbance)
     inner.ExportOutput(adapter.GetOutputPort("vehicle_state"), "vehicle_state")
     inner.ExportOutput(plant.get_body_poses_output_port(), "body_poses")
-    return builder.AddSystem(build_wired(inner, "airframe"))
+    return build_wired(inner, "airframe")
 
 
 def _disturbed(airframe: Airframe, disturbance: Disturbance) -> Airframe:

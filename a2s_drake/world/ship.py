@@ -1,10 +1,11 @@
 """Where the ship truly is: its straight line, and the block that serves it."""
 
 import numpy as np
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.common.preview import PreviewSource, elapsed_share
-from a2s_drake.scenario.parts import Mission, Mpc
+from a2s_drake.common.preview import elapsed_share
+from a2s_drake.scenario.parts import Mission
 
 
 def ship_position(time: FloatArray, mission: Mission) -> FloatArray:
@@ -13,24 +14,24 @@ def ship_position(time: FloatArray, mission: Mission) -> FloatArray:
     return start + elapsed_share(time, mission.duration)[..., np.newaxis] * (end - start)
 
 
-class ShipTrajectory(PreviewSource):
+class ShipTrajectory(LeafSystem):
     """The ship's straight line.
 
     ```
-                 +----------------+
-                 |                |--> ship_position
-                 | ShipTrajectory |
-                 |                |--> ship_preview
-                 +----------------+
+    +----------------+
+    | ShipTrajectory |--> ship_position
+    +----------------+
     ```
 
-    - `ship_position` (3): the ship's reference point at sea level now, m, W.
-    - `ship_preview` (3(N+1)): the same at now, now + T_s, ..., now + N T_s, row by row; past T the last value.
+    - `ship_position` (3): the ship's reference point at mean sea level now, m, W.
 
-    Stateless; depends on time alone.
+    Stateless; depends on time alone. What the UAV believes of the ship's track is told by a `ShipReport`.
     """
 
-    def __init__(self, mission: Mission, mpc: Mpc) -> None:
-        super().__init__(
-            lambda time: ship_position(time, mission), mpc.period, mpc.horizon, "ship_position", "ship_preview"
-        )
+    def __init__(self, mission: Mission) -> None:
+        LeafSystem.__init__(self)
+        self._mission = mission
+        self.DeclareVectorOutputPort("ship_position", 3, self._calc_ship_position, {self.time_ticket()})
+
+    def _calc_ship_position(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(ship_position(np.array(context.get_time()), self._mission))

@@ -9,13 +9,10 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 
 from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, build_wired, run_flight
-from a2s_drake.common.wiring import export_outputs
+from a2s_drake.common.wiring import NamedWiring
 from a2s_drake.control.controller import MpcController
 from a2s_drake.flight.log import Sample, array_columns, array_names, array_units
-from a2s_drake.link.two_ray import TwoRayChannel
-from a2s_drake.vehicle.airframe import add_airframe
-from diagrams import build_closed_loop, build_link_only, load_scenario
-from diagrams.reference import add_reference
+from diagrams import Blocks, build_closed_loop, build_link_only, load_scenario
 from tests.support.flights import made_up_flight
 
 
@@ -114,21 +111,16 @@ class Saboteur(LeafSystem):
 
 
 def sabotaged_loop(scenario: Scenario, time: float, action) -> Diagram:
-    builder = DiagramBuilder()
-    path, ship, law = add_reference(builder, scenario)
-    mpc = builder.AddNamedSystem("mpc", MpcController(scenario.airframe, scenario.mpc))
-    saboteur = builder.AddNamedSystem("saboteur", Saboteur(time, action))
-    airframe = add_airframe(builder, scenario.airframe, scenario.mission.start)
-    channel = builder.AddNamedSystem("channel", TwoRayChannel(scenario.link))
-    builder.Connect(path.GetOutputPort("position_preview"), mpc.GetInputPort("position_preview"))
-    builder.Connect(law.GetOutputPort("attitude_preview"), mpc.GetInputPort("attitude_preview"))
-    builder.Connect(mpc.GetOutputPort("rotor_speed_squared"), saboteur.GetInputPort("command"))
-    builder.Connect(saboteur.get_output_port(), airframe.GetInputPort("rotor_speed_squared"))
-    builder.Connect(airframe.GetOutputPort("vehicle_state"), mpc.GetInputPort("vehicle_state"))
-    builder.Connect(airframe.GetOutputPort("vehicle_state"), channel.GetInputPort("vehicle_state"))
-    builder.Connect(ship.GetOutputPort("ship_position"), channel.GetInputPort("ship_position"))
-    export_outputs(builder, airframe, mpc, channel)
-    return build_wired(builder, "sabotaged")
+    def controller(_: Scenario) -> Diagram:
+        builder = DiagramBuilder()
+        wiring = NamedWiring(builder)
+        wiring.add("mpc", MpcController(scenario.airframe, scenario.mpc))
+        port = "rotor_speed_squared"
+        wiring.add("saboteur", Saboteur(time, action), {"command": port, "sabotaged": port})
+        wiring.export()
+        return build_wired(builder, "sabotaged")
+
+    return build_closed_loop(scenario, blocks=Blocks(controller=controller))
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from a2s_drake import Flight, Mpc, Scenario, ScenarioError, attitude_reference, compute_metrics, run_flight
+from a2s_drake.common.wiring import find_block
 from a2s_drake.flight.feasible import check
 from a2s_drake.flight.metrics import position_error
 from a2s_drake.guidance.path import uav_position
@@ -162,7 +163,7 @@ def test_plans_are_kept_in_the_users_cache(small: Scenario, monkeypatch: pytest.
 
 
 def test_ideal_tracking_of_the_plan_is_the_plan(small: Scenario) -> None:
-    flight = run_flight(build_link_only(small), small)
+    flight = run_flight(build_link_only(small, plan=kept_plan(small)), small)
     np.testing.assert_array_equal(flight.attitude, kept_plan(small).eta(flight.time))
 
 
@@ -173,7 +174,7 @@ def attitude_off(flight: Flight) -> float:
 
 def test_closed_loop_follows_the_plan_under_the_papers_weights(small: Scenario) -> None:
     assert small.mpc == Mpc()
-    flight = run_flight(build_closed_loop(small), small)
+    flight = run_flight(build_closed_loop(small, plan=kept_plan(small)), small)
     assert attitude_off(flight) < 0.15
     assert position_error(flight).max() < 1e-3
     assert flight.solver_success.all()
@@ -181,8 +182,8 @@ def test_closed_loop_follows_the_plan_under_the_papers_weights(small: Scenario) 
 
 def test_without_feedforward_rates_and_inputs_are_pulled_to_zero(small: Scenario) -> None:
     scenario = small.with_overrides(["mpc.feedforward=false"]).validate()
-    dut = build_closed_loop(scenario)
-    assert dut.GetSubsystemByName("mpc").num_input_ports() == 3
+    dut = build_closed_loop(scenario, plan=kept_plan(scenario))
+    assert find_block(dut, "mpc").num_input_ports() == 3
     flight = run_flight(dut, scenario)
     assert attitude_off(flight) > 1.0
     assert position_error(flight).max() > 0.01

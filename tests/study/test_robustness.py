@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from a2s_drake import Flight, Scenario, ScenarioError, run_flight
+from a2s_drake.guidance.plan.cache import plan_for_law
 from a2s_drake.study.robustness import DISTURBANCES, robustness_scenarios, robustness_table
 from diagrams import build_closed_loop, load_scenario
 from tests.support.flights import SAMPLES, made_up_flight
@@ -61,7 +62,7 @@ def flown(scenario: str, law: str, disturbance: str) -> tuple[dict[str, Flight],
     """A disturbed flight under a law and under level, and the numbers of their row."""
     planned = robustness_scenarios(load_scenario(scenario))
     pair = {
-        name: run_flight(build_closed_loop(one), one)
+        name: run_flight(build_closed_loop(one, plan=plan_for_law(one)), one)
         for name, one in ((name, planned[f"{disturbance}, {name}"]) for name in (law, "level"))
     }
     # The table is drawn for this one row; the others are filled with it.

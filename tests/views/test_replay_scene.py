@@ -280,8 +280,8 @@ def test_the_gauges_heading_stands_clear_of_its_topmost_label(paused: Page) -> N
 
 
 def test_one_sample_without_rotors_makes_a_still_picture(tmp_path: Path, open_page) -> None:
-    scenario = load_scenario("paper").with_value("simulation.duration", 1e-4)
-    one = run_flight(build_link_only(scenario), scenario)
+    scenario = load_scenario("paper")
+    one = run_flight(build_link_only(scenario), scenario.with_value("simulation.duration", 1e-4))
     assert len(one.time) == 1
     write_replay(one, tmp_path / "one.html")
     page = open_page(tmp_path / "one.html", 400, 300)

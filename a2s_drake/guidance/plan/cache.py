@@ -13,6 +13,7 @@ from pydrake.common.yaml import yaml_dump
 
 from a2s_drake.common.arrays import Array
 from a2s_drake.common.files import DamagedFileError, read_arrays, write_arrays, written_whole
+from a2s_drake.guidance.laws import find_law
 from a2s_drake.guidance.plan.certificate import Certificate, certify
 from a2s_drake.guidance.plan.plan import Progress, plan_attitude
 from a2s_drake.guidance.plan.spline import SUPPORT, AttitudeSpline
@@ -72,6 +73,11 @@ def kept_plan(
     """
     kept = find_plan(scenario, folder)
     return make_plan(scenario, progress, folder, time_limit) if kept is None else kept
+
+
+def plan_for_law(scenario: Scenario) -> AttitudeSpline | None:
+    """The plan that a scenario's law flies, as `kept_plan` gives it; None for a law that needs no plan."""
+    return kept_plan(scenario) if find_law(scenario.attitude_law.name).needs_plan else None
 
 
 def find_plan(scenario: Scenario, folder: Path | None = None) -> AttitudeSpline | None:

@@ -54,7 +54,7 @@ def gauge_scale(scenario: Scenario) -> GaugeScale:
     over the sea are the centre's to within |r_a|; the scale holds them all, from both rays in antiphase to both in
     phase. It ends where the two-ray formula does, with the antennas one wavelength apart, and 40 dB below its top.
     """
-    link = scenario.link
+    link = scenario.true_link()
     times = np.linspace(0.0, scenario.mission.duration, 1000)
     position, ship = uav_position(times, scenario.mission), ship_position(times, scenario.mission)
     # Between two of these instants nothing gets farther off than one step.

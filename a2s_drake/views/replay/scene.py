@@ -99,7 +99,7 @@ class Scene:
 
     def _put_up(self) -> None:
         stage, scenario = self._stage, self._scenario
-        mission, link, airframe = scenario.mission, scenario.link, scenario.airframe
+        mission, link, airframe = scenario.mission, scenario.true_link(), scenario.airframe
         R_WD = view_frame(scenario)
         reach = max((1.0 + ROTOR_RADIUS) * airframe.arm_length, float(np.linalg.norm(link.antenna_offset)))
         size = reach / REACH
@@ -146,7 +146,7 @@ class Scene:
           sample: see `Flight.sample`.
           frame: the frame of the recording.
         """
-        stage, link = self._stage, self._scenario.link
+        stage, link = self._stage, self._scenario.true_link()
         stage.frame = frame or 0
         time, p_WB, eta = float(sample["time"]), sample["position"], sample["attitude"]
         ship, snr_db = sample["ship_position"], float(sample["snr_db"])
@@ -154,8 +154,8 @@ class Scene:
         stage.move(VEHICLE, RigidTransform(RotationMatrix(rotation_matrix(eta)), p_WB))
         self._turn_blades(time, sample["rotor_speed"])
         stage.move(SHIP, RigidTransform(self._heading(), ship))
-        antenna, (top, _) = antenna_position(p_WB, eta, link), ship_antenna_and_image(ship, link)
-        bounce = specular_point(antenna, ship, link)
+        antenna, top = antenna_position(p_WB, eta, link), ship_antenna_and_image(ship, link)[0]
+        bounce = specular_point(antenna, top, float(ship[2]))
         for name, start, end in (
             ("direct", antenna, top),
             ("down_to_sea", antenna, bounce),
