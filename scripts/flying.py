@@ -98,7 +98,7 @@ def fly(
     label = scenario.attitude_law.name
     with tqdm(total=len(scenario.sample_times()), desc=label, position=row, leave=False, disable=None) as bar:
         rate = 0.0 if observer is None else 1.0
-        diagram = build_closed_loop(scenario, plan=plan)
+        diagram = build_closed_loop(scenario, plan=plan or plan_for_law(scenario))
         return run_flight(diagram, scenario, bar.update, observer=observer, target_realtime_rate=rate)
 
 
