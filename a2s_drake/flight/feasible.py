@@ -20,6 +20,7 @@ def check(scenario: Scenario) -> Scenario:
     scenario.validate()
     _check_solver(scenario)
     _check_hover(scenario)
+    _check_knowledge(scenario)
     _check_altitude(scenario)
     _check_path(scenario)
     find_law(scenario.attitude_law.name).check(scenario)
@@ -42,6 +43,13 @@ def _check_hover(scenario: Scenario) -> None:
         )
 
 
+def _check_knowledge(scenario: Scenario) -> None:
+    error, height = scenario.knowledge.ship_antenna_height_error, scenario.link.ship_antenna_height
+    if height + error <= 0.0:
+        allowed = f"must leave the ship's antenna, believed {height!r} m above the sea, above it"
+        raise refuse("knowledge.ship_antenna_height_error", error, allowed)
+
+
 def _check_altitude(scenario: Scenario) -> None:
     altitude = scenario.mission.start[2] - scenario.mission.sea_level
     if altitude <= 0.0:
@@ -51,6 +59,10 @@ def _check_altitude(scenario: Scenario) -> None:
     angles = scenario.mpc.attitude_limit * np.linspace(-1.0, 1.0, 61)
     eta = np.stack([*np.meshgrid(angles, angles), np.zeros((61, 61))], axis=-1)
     dip = -float((rotation_matrix(eta) @ np.asarray(scenario.link.antenna_offset))[..., 2].min())
+    believed, altitude = altitude, altitude + scenario.knowledge.position_bias[2]
+    if altitude <= max(dip, 0.0) < believed:
+        allowed = f"the UAV then flies {altitude:.3g} m above the sea, and its antenna can hang {dip:.3g} m below it"
+        raise refuse("knowledge.position_bias", scenario.knowledge.position_bias, allowed)
     if altitude <= dip:
         allowed = f"the antenna can hang {dip:.3g} m below the UAV, which flies {altitude:.3g} m above the sea"
         raise refuse("link.antenna_offset", scenario.link.antenna_offset, f"{allowed}; must stay above it")
