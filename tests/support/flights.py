@@ -28,6 +28,7 @@ def made_up_flight(law: str = "three_axis", **arrays: np.ndarray) -> Flight:
         "solver_success": np.ones(n),
         "solver_iterations": np.full(n, 20.0),
         "solver_fallback": np.zeros(n),
+        "position_command": np.zeros((n, 3)),
     }
     clock = WallClock(np.array([9e-3, 1e-3, 2e-3, 3e-3, 4e-3]), 0.05)
     return Flight(scenario, **(columns | arrays), wall_clock=clock)
