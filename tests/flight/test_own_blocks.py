@@ -131,11 +131,10 @@ def test_a_controller_without_a_solver_has_rotors() -> None:
 def test_metrics_claim_nothing_of_a_solver_that_is_not_there() -> None:
     dut = compute_metrics(run_flight(hovering_loop(SCENARIO), SCENARIO))
     assert "rotor_speed" in dut["bounds"]
-    counts = {"softened": 0, "shifted_plan": 0, "hover": 0}
-    assert dut["solver"] == {
-        **{"present": False, "failures": 0, "fallbacks": 0, "fallback_counts": counts},
-        **{"iterations": 0, "iterations_max": 0, "step_ms": None},
-    }
+    assert dut["solver"]["present"] is False
+    assert dut["solver"]["step_ms"] is None
+    assert set(dut["solver"].pop("fallback_counts").values()) == {0}
+    assert not any(dut["solver"].values())
 
 
 def test_the_summary_says_that_there_is_no_solver() -> None:
