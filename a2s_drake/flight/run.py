@@ -28,6 +28,7 @@ _OPTIONAL_PORTS = {
     "rotor_speed_squared": 6,
     "solver_status": 4,
 }
+_UNKNOWN = {name: np.full(size, np.nan) for name, size in _OPTIONAL_PORTS.items()}
 
 
 def run_flight(
@@ -152,7 +153,7 @@ def _read_beliefs(diagram: Diagram, context: Context, exported: Collection[str],
     """
 
     def read(name: str) -> FloatArray:
-        return _read(diagram, context, name) if name in exported else np.full(_OPTIONAL_PORTS[name], np.nan)
+        return _read(diagram, context, name) if name in exported else _UNKNOWN[name]
 
     row: dict[str, Any] = {
         name: read(name) for name in ("ship_antenna_position", "measured_state", "phasor", "force_estimate")
@@ -170,7 +171,9 @@ def _read_input(diagram: Diagram, context: Context, exported: Collection[str]) -
     has_rotors, has_solver = "rotor_speed_squared" in exported, "solver_status" in exported
     status = SolverStatus(_read(diagram, context, "solver_status") if has_solver else np.zeros(4))
     return {
-        "rotor_speed": np.sqrt(_read(diagram, context, "rotor_speed_squared")) if has_rotors else np.full(6, np.nan),
+        "rotor_speed": np.sqrt(_read(diagram, context, "rotor_speed_squared"))
+        if has_rotors
+        else _UNKNOWN["rotor_speed_squared"],
         "solver_success": status.success,
         "solver_iterations": status.iterations,
         "solver_fallback": status.fallback,
