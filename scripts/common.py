@@ -6,12 +6,13 @@ import os
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import NoReturn
 
 from a2s_drake import Scenario, ScenarioError
 from a2s_drake.common import files
+from a2s_drake.common.files import what_is_kept as what_is_kept
 from a2s_drake.common.quoting import MESSAGE_LENGTH, one_line
 from a2s_drake.flight import feasible
 from a2s_drake.scenario.parts import LAW_NAMES
@@ -26,19 +27,6 @@ class UsageError(Exception):
 
     def __init__(self, message: object) -> None:
         super().__init__(one_line(str(message), MESSAGE_LENGTH))
-
-
-class ResultsError(OSError):
-    """Results that cannot be written; its one line also says what is kept."""
-
-
-@contextlib.contextmanager
-def what_is_kept(words: str) -> Iterator[None]:
-    """Raises ResultsError, which adds what is kept, for an OSError of the code inside."""
-    try:
-        yield
-    except OSError as failure:
-        raise ResultsError(f"{files.in_words(failure)}; {words}") from failure
 
 
 class Parser(argparse.ArgumentParser):

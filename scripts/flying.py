@@ -13,10 +13,10 @@ from tqdm import tqdm
 import a2s_drake
 import diagrams
 from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, ScenarioError, compute_metrics, run_flight
-from a2s_drake.common.files import held, in_words, written_whole
-from a2s_drake.common.interrupts import interrupts_put_off
+from a2s_drake.common.files import in_words, what_is_kept, written_whole
+from a2s_drake.flight.folder import PLAN
+from a2s_drake.flight.folder import write_results as write_folder
 from a2s_drake.flight.log import Sample
-from a2s_drake.flight.metrics import write_metrics
 from a2s_drake.guidance.laws import find_law
 from a2s_drake.guidance.plan.cache import (
     OtherPlanError,
@@ -26,7 +26,6 @@ from a2s_drake.guidance.plan.cache import (
     make_plan,
     plan_file,
     plan_for_law,
-    save_plan,
 )
 from a2s_drake.guidance.plan.plan import Progress
 from a2s_drake.guidance.plan.spline import AttitudeSpline
@@ -34,10 +33,7 @@ from a2s_drake.study.pool import fly_each, worker_processes
 from a2s_drake.study.store import FlightStore, code_digest, fly_kept
 from a2s_drake.views.replay import write_replay
 from diagrams import build_closed_loop
-from scripts.common import UsageError, show_warnings, what_is_kept
-
-# The file of a flight's folder that holds its plan.
-PLAN = "plan.npz"
+from scripts.common import UsageError, show_warnings
 
 
 class CampaignEnded(Exception):
@@ -184,45 +180,19 @@ def keep_samples(ended: FlightEnded, folder: Path) -> str:
     return f"its {len(ended.flight.time)} samples are in {folder}"
 
 
-@interrupts_put_off()
 def write_results(
     flight: Flight, folder: Path, plan: AttitudeSpline | None = None, *, csv: bool = False, replay: bool = False
 ) -> None:
-    """Writes scenario.yaml, flight.npz, the plan if any, where there is a sample metrics.json, and what is asked for.
-
-    What is there of an earlier flight goes, so that all in the folder is of one, even after an interrupt. Of two
-    processes that write into the same folder at the same time, one waits for the other.
-
-    Raises:
-      ResultsError: when the disk refuses, or the replay cannot be made; says what is kept.
-    """
-    with what_is_kept(f"{folder} is as it was"):
-        folder.mkdir(parents=True, exist_ok=True)
-    with held(folder):
-        with what_is_kept(f"{folder} is as it was"):
-            if plan is None:
-                flight.save(folder)
-            else:
-                with written_whole(folder / PLAN) as part:
-                    save_plan(plan, part, flight.scenario)
-                    flight.save(folder)
-        # Only now is the new flight safe, and what is left of the one before can go.
-        with what_is_kept(f"the flight itself is in {folder}"):
-            for name in ("metrics.json", "flight.csv", "replay.html", *([] if plan else [PLAN])):
-                (folder / name).unlink(missing_ok=True)
-            if len(flight.time):
-                write_metrics(flight, folder)
-            if csv:
-                flight.save_csv(folder / "flight.csv")
-            if replay and len(flight.time):
-                write_replay(flight, folder / "replay.html")
+    """`a2s_drake.flight.folder.write_results`, with replay.html where it is asked for."""
+    write_folder(flight, folder, plan, csv=csv, replay=write_replay if replay else None)
 
 
 def summary(flight: Flight) -> str:
     """A flight in one line."""
     metrics = compute_metrics(flight)
+    solver = f"{metrics['solver']['failures']} solver failures" if metrics["solver"]["present"] else "no solver"
     return (
         f"{metrics['law']}: {metrics['throughput_bit_per_hz']:.3f} bit/Hz over {flight.time[-1]:.2f} s, "
-        f"position error at most {100 * metrics['position_error_max_m']:.2f} cm, {metrics['solver']['failures']} "
-        f"solver failures, {metrics['real_time_factor']:.2g} times real time"
+        f"position error at most {100 * metrics['position_error_max_m']:.2f} cm, {solver}, "
+        f"{metrics['real_time_factor']:.2g} times real time"
     )

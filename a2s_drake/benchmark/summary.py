@@ -29,7 +29,7 @@ def flight_summary(flight: Flight) -> dict[str, Any]:
     """What was flown, and how fast, by the wall clock of this run."""
     metrics, clock = compute_metrics(flight), flight.wall_clock
     return {
-        "law": flight.scenario.attitude_law.name,
+        "law": flight.law,
         "solver": flight.scenario.mpc.solver,
         "horizon": flight.scenario.mpc.horizon,
         "duration_s": float(flight.time[-1]),

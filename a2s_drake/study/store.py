@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from a2s_drake.common.packages import is_installed
-from a2s_drake.flight.log import Flight, array_names
+from a2s_drake.flight.log import Flight, array_names, optional_names
 from a2s_drake.flight.metrics import write_metrics
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.study.pool import fly_each
@@ -78,10 +78,13 @@ def _check(flight: Flight, scenario: Scenario, place: Path) -> None:
     """Raises ValueError, which names the file, unless a flight is that of a scenario, whole and finite."""
     if flight.scenario != scenario:
         raise ValueError(f"{place / 'scenario.yaml'}: holds another scenario")
+    if not flight.rebuilds_from_scenario:
+        raise ValueError(f"{place / 'flight.npz'}: was flown with blocks that the scenario does not name")
     samples = len(scenario.sample_times())
     for name in array_names():
         values = getattr(flight, name)
-        if len(values) != samples or not np.isfinite(values).all():
+        # What the diagram need not show may be missing, as NaN, but not a row of it.
+        if len(values) != samples or not (name in optional_names() or np.isfinite(values).all()):
             raise ValueError(f"{place / 'flight.npz'}: {name} is not {samples} finite rows")
 
 

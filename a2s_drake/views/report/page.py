@@ -89,6 +89,8 @@ def report_html(
         sections.ceilings(results),
         "<h2>Errata</h2>",
         sections.errata(results),
-        "<footer>" + escape(", ".join(f"{name} {value}" for name, value in results["versions"].items())) + "</footer>",
+        "<footer>"
+        + escape(", ".join(f"{name} {value}" for name, value in results["versions"].items() if value))
+        + "</footer>",
     ]
     return PAGE.substitute(body="\n".join(parts))
