@@ -2,6 +2,7 @@
 
 import csv
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
 from typing import Any, Self
@@ -12,7 +13,7 @@ from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.files import DamagedFileError, read_table, write_arrays, written_whole
 from a2s_drake.control.ladder import Fallback as Fallback
 from a2s_drake.scenario.scenario import Scenario
-from a2s_drake.scenario.yaml_reader import read_text
+from a2s_drake.scenario.track_file import copies_named_in, read_files, with_copies
 
 # One row of a flight: what was logged at one time, by the names of the arrays of `Flight`.
 Sample = Mapping[str, Any]
@@ -65,6 +66,7 @@ class Flight:
       solver_iterations: of the solver, over all attempts, dimensionless, shape (n,).
       solver_fallback: see `a2s_drake.control.ladder.Fallback`, dimensionless, shape (n,).
       wall_clock: how long this run took; never saved, so None for a flight loaded from disk.
+      files: the content at take-off of each track file that the scenario names, by field, such as `path_file`.
     """
 
     scenario: Scenario
@@ -85,6 +87,7 @@ class Flight:
     solver_iterations: FloatArray = field(metadata=_logged("", "solver_iterations"))
     solver_fallback: FloatArray = field(metadata=_logged("", "solver_fallback"))
     wall_clock: WallClock | None = None
+    files: Mapping[str, bytes] = field(default_factory=dict)
 
     @property
     def has_rotors(self) -> bool:
@@ -98,14 +101,24 @@ class Flight:
     def save(self, folder: Path | str) -> None:
         """Writes `scenario.yaml` and `flight.npz` into a folder, which is made where it is missing.
 
-        Where the disk refuses (OSError, which names the file), both stay as they were.
+        The scenario's track files, as they were at take-off, are copied beside them, and `scenario.yaml` names the
+        copies. Copies that an earlier flight in this folder has left go. Where the disk refuses (OSError, which names
+        the file), all stay as they were.
         """
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        # Both take their places at the end, the log last: where it is missing, there is no flight.
-        with written_whole(folder / "flight.npz") as log, written_whole(folder / "scenario.yaml") as settings:
+        scenario, copies = with_copies(self.scenario, self.files)
+        left_over = copies_named_in(folder) - copies.keys()
+        # All take their places at the end, the log last: where it is missing, there is no flight.
+        with ExitStack() as stack:
+            parts = ("flight.npz", "scenario.yaml", *copies)
+            log, settings, *tracks = (stack.enter_context(written_whole(folder / name)) for name in parts)
             write_arrays(log, {name: getattr(self, name) for name in array_names()})
-            self.scenario.save(settings)
+            settings.write_text(scenario.to_yaml(), encoding="utf-8")
+            for track, content in zip(tracks, copies.values(), strict=True):
+                track.write_bytes(content)
+        for name in left_over:
+            (folder / name).unlink(missing_ok=True)
 
     def columns(self) -> dict[str, FloatArray]:
         """Every scalar of the log by a name that ends in its unit, as `save_csv` writes them, each of shape (n,).
@@ -139,12 +152,12 @@ class Flight:
         """
         folder = Path(folder)
         settings, log = folder / "scenario.yaml", folder / "flight.npz"
-        scenario = Scenario.from_yaml(read_text(settings), source=str(settings))
+        scenario = Scenario.load(settings)
         arrays = read_table(log, {name: len(columns) for name, columns in array_columns().items()})
         time = arrays["time"]
         if not (np.isfinite(time).all() and (time[:1] == 0.0).all() and (np.diff(time) > 0.0).all()):
             raise DamagedFileError(f"{log}: time must start at 0 and increase")
-        return cls(scenario, **arrays, wall_clock=None)
+        return cls(scenario, **arrays, wall_clock=None, files=read_files(scenario.mission))
 
 
 def _logged_fields() -> list[Field[Any]]:

@@ -1,6 +1,7 @@
 """How a diagram is flown and its signals are logged."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
@@ -13,6 +14,7 @@ from a2s_drake.control.controller import SolverStatus
 from a2s_drake.flight.divergence import DivergenceMonitor
 from a2s_drake.flight.log import Flight, FlightEnded, FlightInterrupted, Sample, WallClock, array_columns
 from a2s_drake.scenario.scenario import Scenario
+from a2s_drake.scenario.track_file import read_files
 
 
 def run_flight(
@@ -33,6 +35,7 @@ def run_flight(
         reaches the caller as it is.
       target_realtime_rate: how fast simulated time may pass over wall-clock time; 0 means as fast as it can.
     Raises:
+      ScenarioError: when a track file that the scenario names cannot be read.
       FlightEnded: when the vehicle's motion diverges, or Drake refuses to go on; names time and reason.
       FlightInterrupted: on KeyboardInterrupt.
     """
@@ -49,10 +52,11 @@ def run_flight(
     if context.num_continuous_states():  # An ideal vehicle has none, and may turn as it likes.
         simulator.set_monitor(monitor)
     rows: list[dict[str, Any]] = []
+    files = read_files(scenario.mission)  # as they are at take-off
     begin = perf_counter()
 
     def log() -> Flight:
-        return _assemble(scenario, rows, perf_counter() - begin)
+        return replace(_assemble(scenario, rows, perf_counter() - begin), files=files)
 
     def fly_to(time: float) -> dict[str, Any]:
         if time > 0.0:
@@ -116,6 +120,7 @@ def _read_input(diagram: Diagram, context: Context) -> dict[str, Any]:
 def _assemble(scenario: Scenario, rows: list[dict[str, Any]], total: float) -> Flight:
     # Without a row NumPy could not tell how wide they are.
     shapes = {name: (len(rows), len(names))[: min(len(names), 2)] for name, names in array_columns().items()}
-    columns = {name: np.array([row[name] for row in rows], float).reshape(shape) for name, shape in shapes.items()}
+    logged = {name: np.array([row[name] for row in rows], float).reshape(shape) for name, shape in shapes.items()}
+    columns: dict[str, Any] = dict(logged)
     clock = WallClock(np.array([row["step"] for row in rows]), total)
     return Flight(scenario, **columns, wall_clock=clock)

@@ -1,20 +1,77 @@
-"""Where the ship truly is: its straight line, and the block that serves it."""
+"""Where the ship truly is: its straight line or a track of one's own, and the block that serves it."""
+
+from dataclasses import dataclass
 
 import numpy as np
+from pydrake.trajectories import Trajectory
 
 from a2s_drake.common.arrays import FloatArray
+from a2s_drake.common.motion import Motion, TrajectoryMotion, as_motion, through_points
 from a2s_drake.common.preview import PreviewSource, elapsed_share
+from a2s_drake.scenario.checks import refuse
 from a2s_drake.scenario.parts import Mission, Mpc
+from a2s_drake.scenario.track_file import read_track
+
+
+@dataclass(frozen=True)
+class Line:
+    """Along a straight line at constant speed: `ship_start`, `ship_end` and `duration` of a mission."""
+
+    mission: Mission
+
+    @property
+    def end(self) -> float:
+        """T, s."""
+        return self.mission.duration
+
+    def position(self, time: FloatArray) -> FloatArray:
+        """The ship's reference point at sea level, m, W; shape (...) to (..., 3)."""
+        start, end = self._ends()
+        return start + elapsed_share(time, self.end)[..., np.newaxis] * (end - start)
+
+    def velocity(self, time: FloatArray) -> FloatArray:
+        """Time derivative of `position`, m/s, W; shape (...) to (..., 3)."""
+        inside = (np.asarray(time) >= 0.0) & (np.asarray(time) <= self.end)
+        start, end = self._ends()
+        return inside[..., np.newaxis] * (end - start) / self.end
+
+    def acceleration(self, time: FloatArray) -> FloatArray:
+        """Zero, m/s^2, W; shape (...) to (..., 3)."""
+        return np.zeros((*np.shape(time), 3))
+
+    def _ends(self) -> tuple[FloatArray, FloatArray]:
+        mission = self.mission
+        start, end = (np.array([*point, mission.sea_level]) for point in (mission.ship_start, mission.ship_end))
+        return start, end
+
+
+def ship_track(mission: Mission, content: bytes | None = None) -> Motion:
+    """The motion of the ship's reference point, which stays at sea level: the line, or the mission's file.
+
+    Args:
+      content: of that file, where it is known; without it the file is read, once.
+    Raises:
+      ScenarioError: when the file cannot be read or holds no track, or its column z leaves the sea level.
+    """
+    if mission.ship_track_file is None:
+        return Line(mission)
+    time, points = read_track(mission, "ship_track_file", content)
+    sea = np.full(len(time), mission.sea_level)
+    if points.shape[1] == 3 and (points[:, 2] != sea).any():
+        row = int(np.argmax(points[:, 2] != sea))
+        words = f"z = {float(points[row, 2])!r} at t = {float(time[row])!r} s: z is the ship's reference point, which"
+        allowed = f"{words} stays at mission.sea_level = {mission.sea_level!r}; the column may be left out"
+        raise refuse("mission.ship_track_file", mission.ship_track_file, allowed)
+    return TrajectoryMotion(through_points(time, np.column_stack([points[:, :2], sea])))
 
 
 def ship_position(time: FloatArray, mission: Mission) -> FloatArray:
-    """The ship's reference point at sea level in W, m; it moves at constant speed. Shape (...) to (..., 3)."""
-    start, end = (np.array([*point, mission.sea_level]) for point in (mission.ship_start, mission.ship_end))
-    return start + elapsed_share(time, mission.duration)[..., np.newaxis] * (end - start)
+    """Position of `ship_track`, m, W; shape (...) to (..., 3)."""
+    return ship_track(mission).position(time)
 
 
 class ShipTrajectory(PreviewSource):
-    """The ship's straight line.
+    """The ship's track: that of a mission, or any other motion.
 
     ```
                  +----------------+
@@ -25,12 +82,17 @@ class ShipTrajectory(PreviewSource):
     ```
 
     - `ship_position` (3): the ship's reference point at sea level now, m, W.
-    - `ship_preview` (3(N+1)): the same at now, now + T_s, ..., now + N T_s, row by row; past T the last value.
+    - `ship_preview` (3(N+1)): the same at now, now + T_s, ..., now + N T_s, row by row; past its end the
+      last value.
 
     Stateless; depends on time alone.
     """
 
-    def __init__(self, mission: Mission, mpc: Mpc) -> None:
-        super().__init__(
-            lambda time: ship_position(time, mission), mpc.period, mpc.horizon, "ship_position", "ship_preview"
-        )
+    def __init__(self, track: Mission | Motion | Trajectory, mpc: Mpc) -> None:
+        """A block that serves a track over a controller's horizon.
+
+        Args:
+          track: a mission, whose file is read now where it names one; or a motion; or a Drake trajectory of positions.
+        """
+        motion = ship_track(track) if isinstance(track, Mission) else as_motion(track)
+        super().__init__(motion.position, mpc.period, mpc.horizon, "ship_position", "ship_preview")
