@@ -109,7 +109,8 @@ class Mission:
     ship_start: list[float] = _vector(90.0, 0.0, at_least=-1e6, at_most=1e6)
     ship_end: list[float] = _vector(100.0, 0.0, at_least=-1e6, at_most=1e6)
     # CSV file with columns time,x,y,z (s, m, world frame) of a path that the UAV flies in place of the circle; `radius`
-    # and `start` are then not used. A relative name in a scenario file is relative to that file's folder.
+    # and `start` are then not used. The vehicle starts at rest where the path begins. A relative name in a scenario
+    # file is relative to that file's folder.
     path_file: str | None = _file()
     # CSV file with columns time,x,y (s, m, world frame) of a track that the ship sails in place of the line;
     # `ship_start` and `ship_end` are then not used.

@@ -43,7 +43,7 @@ def show(duration: float, speed: float) -> Figure:
         got = compute_metrics(flight)
         print(f"{name}: {got['throughput_bit_per_hz']:.3f} bit/Hz, {got['position_error_max_m']:.3f} m astray at most")
     steps = np.diff(flights["level"].ship_position, axis=0)
-    first, last = np.rad2deg(np.arctan2(steps[[0, -1], 1], steps[[0, -1], 0]))
+    first, last = np.rad2deg(np.arctan2(steps[[0, -1], 1], steps[[0, -1], 0])).round() % 360.0
     print(f"ship: heads for {first:.0f} deg at first and for {last:.0f} deg at last")
     return laws_figure(flights)
 
