@@ -9,7 +9,6 @@ from pydrake.systems.framework import Diagram
 from a2s_drake.common.quoting import PATH_LENGTH, one_line
 from a2s_drake.scenario.checks import ScenarioError
 from a2s_drake.scenario.scenario import Scenario
-from a2s_drake.scenario.yaml_reader import read_text
 
 from .airframe_only import build_airframe_only
 from .blocks import Blocks
@@ -31,6 +30,8 @@ SCENARIOS = Path(__file__).with_name("scenarios.yaml")
 def load_scenario(name_or_path: str) -> Scenario:
     """A scenario by its name in `scenarios.yaml`, or from a YAML file of one's own. Does not validate.
 
+    The names of files in a YAML file are relative to its folder.
+
     Raises:
       ScenarioError: for an unknown name, or a file that cannot be read or does not hold a scenario.
     """
@@ -38,7 +39,7 @@ def load_scenario(name_or_path: str) -> Scenario:
     shown = one_line(str(path), PATH_LENGTH)
     if path.suffix in SUFFIXES:
         try:
-            return Scenario.from_yaml(read_text(path), source=shown)
+            return Scenario.load(path)
         except OSError as error:
             raise ScenarioError(f"{shown}: {error.strerror}") from error
     if os.path.isfile(path):  # noqa: PTH113  Python 3.11's `Path.is_file` refuses names that are too long

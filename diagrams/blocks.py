@@ -15,7 +15,7 @@ from a2s_drake.navigation.sensors import NavigationSensor
 from a2s_drake.navigation.ship_report import ShipReport
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.vehicle.airframe import make_airframe
-from a2s_drake.world.ship import ShipTrajectory, ship_position
+from a2s_drake.world.ship import ShipTrajectory, ship_track
 from a2s_drake.world.ship_motion import ShipMotion
 
 Factory = Callable[[Scenario], System]
@@ -32,8 +32,8 @@ class Blocks:
 
     Attributes:
       path: onboard. Outputs `position_reference` (3), `position_preview` (3(N+1)).
-      ship: world. Output `ship_position` (3). Where it has an output `ship_preview` (3(N+1)) too, that is what it
-        reports to the UAV; without it the UAV believes the scenario's track.
+      ship: world. Output `ship_position` (3). The UAV is told the track of a `ShipTrajectory`. A block of another kind
+        may have an output `ship_preview` (3(N+1)) to tell of itself; without it the UAV believes the scenario's track.
       ship_motion: world. Output `ship_antenna_position` (3).
       channel: world. Outputs `channel_gain`, `snr_db`, `spectral_efficiency`, `phase_difference` (1 each).
       navigation: sensing. Output `measured_state` (12).
@@ -80,12 +80,6 @@ _OURS: dict[str, Factory] = {
     "ship_motion": lambda scenario: ShipMotion(scenario.true_link().ship_antenna_height),
     "channel": lambda scenario: TwoRayChannel(scenario.true_link(), scenario.mission.sea_level),
     "navigation": lambda scenario: NavigationSensor(scenario.mpc.period, scenario.disturbance, scenario.knowledge),
-    "ship_report": lambda scenario: ShipReport(
-        lambda time: ship_position(time, scenario.mission),
-        scenario.mpc.period,
-        scenario.mpc.horizon,
-        scenario.knowledge.ship_latency,
-    ),
 }
 
 
@@ -126,6 +120,14 @@ class Maker:
         if fed:
             check_ports(NAMES["law"], law, {}, feeds)
         return MpcController(scenario.airframe, scenario.mpc, feedforward=fed)
+
+    def make_ship_report(self, ship: System) -> System:
+        """What the UAV is told of the ship: the track of our ship, or, for a ship of another kind, the scenario's."""
+        if self.has("ship_report"):
+            return self.make("ship_report")
+        mpc, latency = self._scenario.mpc, self._scenario.knowledge.ship_latency
+        track = ship.track if isinstance(ship, ShipTrajectory) else ship_track(self._scenario.mission)
+        return ShipReport(track.position, mpc.period, mpc.horizon, latency)
 
     def make_airframe(self, path: System) -> System:
         """The airframe, level and at rest where a path begins."""

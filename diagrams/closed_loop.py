@@ -109,7 +109,7 @@ def _build_sensing(maker: Maker, ship: System, world: Diagram) -> Diagram:
         told = PassThrough(ship.GetOutputPort("ship_preview").size())
         wiring.add(NAMES["ship_report"], told, {"u": "ship_preview", "y": "ship_preview"})
     else:
-        wiring.add(NAMES["ship_report"], maker.make("ship_report"))
+        wiring.add(NAMES["ship_report"], maker.make_ship_report(ship))
     if maker.has("receiver"):
         wiring.add(NAMES["receiver"], maker.make("receiver"))
     wiring.export(world)

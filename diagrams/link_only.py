@@ -49,7 +49,7 @@ def build_link_only(
     wiring.add(NAMES["path"], maker.make("path"))
     ship = wiring.add(NAMES["ship"], maker.make("ship"))
     if maker.has("ship_report") or not ship.HasOutputPort("ship_preview"):
-        wiring.add(NAMES["ship_report"], maker.make("ship_report"))
+        wiring.add(NAMES["ship_report"], maker.make_ship_report(ship))
     law = wiring.add(NAMES["law"], maker.make("law"))
     wiring.add(NAMES["ship_motion"], maker.make("ship_motion"))
     wiring.add("velocities", ConstantVectorSource(np.zeros(6)), {"y0": "velocities"})

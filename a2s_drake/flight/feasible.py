@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from a2s_drake.common.arrays import FloatArray
+from a2s_drake.common.quoting import quoted
 from a2s_drake.common.rotations import rotation_matrix
+from a2s_drake.guidance.courses import Courses
 from a2s_drake.guidance.laws import find_law
-from a2s_drake.guidance.path import uav_position, uav_velocity
 from a2s_drake.scenario.checks import ScenarioError, refuse
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.solvers.piqp import PiqpSolver
@@ -21,8 +23,11 @@ def check(scenario: Scenario) -> Scenario:
     _check_solver(scenario)
     _check_hover(scenario)
     _check_knowledge(scenario)
-    _check_altitude(scenario)
-    _check_path(scenario)
+    courses = Courses.of(scenario)
+    times = _instants(scenario, courses)
+    _check_altitude(scenario, courses.uav.position(times))
+    _check_path(scenario, times, courses)
+    _check_distance(scenario, *courses.positions(times))
     find_law(scenario.attitude_law.name).check(scenario)
     return scenario
 
@@ -50,11 +55,23 @@ def _check_knowledge(scenario: Scenario) -> None:
         raise refuse("knowledge.ship_antenna_height_error", error, allowed)
 
 
-def _check_altitude(scenario: Scenario) -> None:
-    altitude = scenario.mission.start[2] - scenario.mission.sea_level
+def _instants(scenario: Scenario, courses: Courses) -> FloatArray:
+    """The instants at which the courses are looked at, s: every sample and between, at least 2001."""
+    times = np.linspace(0.0, courses.end, 2001)
+    if scenario.mission.path_file is None and scenario.mission.ship_track_file is None:
+        return times  # This is fine enough for a circle and a line, of any duration.
+    samples = scenario.samples_until(courses.end)
+    return np.unique(np.concatenate([times, samples, samples + scenario.mpc.period / 2.0]))
+
+
+def _check_altitude(scenario: Scenario, path: FloatArray) -> None:
+    mission, lowest = scenario.mission, float(path[:, 2].min())
+    altitude = lowest - mission.sea_level
     if altitude <= 0.0:
-        start = f"mission.start[2] = {scenario.mission.start[2]!r}, the UAV's height"
-        raise refuse("mission.sea_level", scenario.mission.sea_level, f"must be below {start}")
+        height = f"mission.start[2] = {mission.start[2]!r}, the UAV's height"
+        if mission.path_file is not None:
+            height = f"{lowest:.6g} m, the lowest height of mission.path_file = {quoted(mission.path_file)}"
+        raise refuse("mission.sea_level", mission.sea_level, f"must be below {height}")
     # Yaw moves nothing up or down, so a grid over roll and pitch shows how far the antenna can dip.
     angles = scenario.mpc.attitude_limit * np.linspace(-1.0, 1.0, 61)
     eta = np.stack([*np.meshgrid(angles, angles), np.zeros((61, 61))], axis=-1)
@@ -64,14 +81,14 @@ def _check_altitude(scenario: Scenario) -> None:
         allowed = f"the UAV then flies {altitude:.3g} m above the sea, and its antenna can hang {dip:.3g} m below it"
         raise refuse("knowledge.position_bias", scenario.knowledge.position_bias, allowed)
     if altitude <= dip:
-        allowed = f"the antenna can hang {dip:.3g} m below the UAV, which flies {altitude:.3g} m above the sea"
+        flies = "flies" if mission.path_file is None else "comes down to"
+        allowed = f"the antenna can hang {dip:.3g} m below the UAV, which {flies} {altitude:.3g} m above the sea"
         raise refuse("link.antenna_offset", scenario.link.antenna_offset, f"{allowed}; must stay above it")
 
 
-def _check_path(scenario: Scenario) -> None:
+def _check_path(scenario: Scenario, times: FloatArray, courses: Courses) -> None:
     mission, mpc = scenario.mission, scenario.mpc
-    times = np.linspace(0.0, mission.duration, 2001)
-    path = uav_position(times, mission)
+    path, speed = courses.uav.position(times), np.abs(courses.uav.velocity(times)).max(axis=1)
     for name, beyond in (
         ("position_lower", (path < np.asarray(mpc.position_lower)).any()),
         ("position_upper", (path > np.asarray(mpc.position_upper)).any()),
@@ -79,9 +96,31 @@ def _check_path(scenario: Scenario) -> None:
         if beyond:
             span = f"the path runs from {path.min(axis=0).tolist()} to {path.max(axis=0).tolist()} m"
             raise refuse(f"mpc.{name}", getattr(mpc, name), f"{span} and must stay within the operating region")
-    fastest = float(np.abs(uav_velocity(times, mission)).max())
+    fastest = float(speed.max())
+    if fastest > mpc.velocity_limit and mission.path_file is not None:
+        reason = f"reaches {fastest:.4g} m/s on an axis at t = {times[speed.argmax()]:.4g} s"
+        allowed = f"{reason}; must be at most mpc.velocity_limit = {mpc.velocity_limit!r}"
+        raise refuse("mission.path_file", mission.path_file, allowed)
     if fastest > mpc.velocity_limit:
         least = mission.duration * fastest / mpc.velocity_limit
         reason = f"the reference reaches {fastest:.4g} m/s on an axis, above mpc.velocity_limit"
         allowed = f"{reason} = {mpc.velocity_limit!r}; must be at least {least:.4g} s at this radius"
         raise refuse("mission.duration", mission.duration, allowed)
+
+
+def _check_distance(scenario: Scenario, path: FloatArray, ship: FloatArray) -> None:
+    """The ship's antenna must stay out of reach of the UAV's, wherever that one is turned: there is no link at 0 m."""
+    mission, link = scenario.mission, scenario.link
+    between = path - ship - np.array([0.0, 0.0, link.ship_antenna_height])
+    # The distance from the origin to each stretch between two instants, which are straight to a good approximation.
+    start, step = between[:-1], np.diff(between, axis=0)
+    length = np.maximum((step * step).sum(axis=1), np.finfo(float).tiny)
+    share = np.clip(-(start * step).sum(axis=1) / length, 0.0, 1.0)
+    closest = float(np.linalg.norm(start + share[:, np.newaxis] * step, axis=1).min())
+    reach = float(np.linalg.norm(link.antenna_offset))
+    if closest <= reach:
+        names = [name for name in ("ship_track_file", "path_file") if getattr(mission, name) is not None]
+        name = names[0] if names else "ship_start"
+        allowed = f"must stay farther off than the reach of link.antenna_offset, {reach:.3g} m"
+        words = f"the UAV comes as close as {closest:.3g} m to the ship's antenna; {allowed}"
+        raise refuse(f"mission.{name}", getattr(mission, name), words)

@@ -2,6 +2,7 @@
 
 import csv
 from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
 from typing import Any, Self
@@ -21,7 +22,7 @@ from a2s_drake.common.quoting import quoted
 from a2s_drake.control.ladder import Fallback as Fallback
 from a2s_drake.flight.arrays import ANGLES, STATE_UNIT, columns_of, logged, optional, state_columns
 from a2s_drake.scenario.scenario import Scenario
-from a2s_drake.scenario.yaml_reader import read_text
+from a2s_drake.scenario.track_file import copies_named_in, read_files, with_copies
 
 # One row of a flight: what was logged at one time, by the names of the arrays of `Flight`. `signals` holds the user's
 # own, by their names.
@@ -86,6 +87,7 @@ class Flight:
       signals: the user's own, `log` of `run_flight`, each of shape (n, width), by name.
       own_blocks: the blocks of the user's own that flew, name by role, `{"law": "MyLaw"}`.
       wall_clock: how long this run took; never saved, so None for a flight loaded from disk.
+      files: the content at take-off of each track file that the scenario names, by field, such as `path_file`.
     """
 
     scenario: Scenario
@@ -116,6 +118,7 @@ class Flight:
     signals: Mapping[str, FloatArray] = field(default_factory=dict)
     own_blocks: Mapping[str, str] = field(default_factory=dict)
     wall_clock: WallClock | None = None
+    files: Mapping[str, bytes] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         rows = len(self.time)
@@ -151,8 +154,10 @@ class Flight:
     def save(self, folder: Path | str) -> None:
         """Writes `scenario.yaml` and `flight.npz` into a folder, which is made where it is missing.
 
-        Where the disk refuses (OSError, which names the file), both stay as they were. A flight with blocks of the
-        user's own cannot be flown again from `scenario.yaml` alone; `flight.npz` names these blocks.
+        The scenario's track files, as they were at take-off, are copied beside them, and `scenario.yaml` names the
+        copies. Copies that an earlier flight in this folder has left go. Where the disk refuses (OSError, which names
+        the file), all stay as they were. A flight with blocks of the user's own cannot be flown again from
+        `scenario.yaml` alone; `flight.npz` names these blocks.
 
         Raises:
           ValueError: when the name of a signal or block holds a character that cannot be printed; names it.
@@ -160,10 +165,18 @@ class Flight:
         folder = Path(folder)
         arrays = self._saved()
         folder.mkdir(parents=True, exist_ok=True)
-        # Both take their places at the end, the log last: where it is missing, there is no flight.
-        with written_whole(folder / "flight.npz") as log, written_whole(folder / "scenario.yaml") as settings:
+        scenario, copies = with_copies(self.scenario, self.files)
+        left_over = copies_named_in(folder) - copies.keys()
+        # All take their places at the end, the log last: where it is missing, there is no flight.
+        with ExitStack() as stack:
+            parts = ("flight.npz", "scenario.yaml", *copies)
+            log, settings, *tracks = (stack.enter_context(written_whole(folder / name)) for name in parts)
             write_arrays(log, arrays)
-            self.scenario.save(settings)
+            settings.write_text(scenario.to_yaml(), encoding="utf-8")
+            for track, content in zip(tracks, copies.values(), strict=True):
+                track.write_bytes(content)
+        for name in left_over:
+            (folder / name).unlink(missing_ok=True)
 
     def _saved(self) -> dict[str, Array]:
         """What `flight.npz` holds, by name."""
@@ -210,7 +223,7 @@ class Flight:
         """
         folder = Path(folder)
         settings, log = folder / "scenario.yaml", folder / "flight.npz"
-        scenario = Scenario.from_yaml(read_text(settings), source=str(settings))
+        scenario = Scenario.load(settings)
         arrays = read_arrays(log)
         widths: dict[str, int | None] = {
             name: len(columns)
@@ -228,7 +241,8 @@ class Flight:
             if name.startswith(OWN_BLOCK)
         }
         own_signals = {name: table.pop(entry) for name, entry in signals.items()}
-        return cls(scenario, **table, signals=own_signals, own_blocks=own_blocks, wall_clock=None)
+        files = read_files(scenario.mission)
+        return cls(scenario, **table, signals=own_signals, own_blocks=own_blocks, wall_clock=None, files=files)
 
 
 def _shape(rows: int, columns: list[str]) -> tuple[int, ...]:

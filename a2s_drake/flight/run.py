@@ -15,6 +15,7 @@ from a2s_drake.flight.divergence import DivergenceMonitor
 from a2s_drake.flight.log import Flight, FlightEnded, FlightInterrupted, Sample, WallClock, array_columns
 from a2s_drake.flight.signals import Signals, printable
 from a2s_drake.scenario.scenario import Scenario
+from a2s_drake.scenario.track_file import read_files
 
 # Output ports that a diagram may export or not, by size.
 _OPTIONAL_PORTS = {
@@ -55,6 +56,7 @@ def run_flight(
         reaches the caller as it is.
       target_realtime_rate: how fast simulated time may pass over wall-clock time; 0 means as fast as it can.
     Raises:
+      ScenarioError: when a track file that the scenario names cannot be read.
       TypeError, WiringError: before the flight, when an entry of `log` is no vector-valued port in this diagram, or a
         port with one of the names above has another size; names it.
       FlightEnded: when the vehicle's motion diverges, or Drake refuses to go on; names time and reason.
@@ -78,12 +80,13 @@ def run_flight(
     reader, receiver = signals.reader(context), _Receiver()
     names = {role: printable(name) for role, name in own_blocks(diagram).items()}
     rows: list[dict[str, Any]] = []
+    files = read_files(scenario.mission)  # as they are at take-off
     begin = perf_counter()
 
     def flown() -> Flight:
         clock = WallClock(np.array([row["step"] for row in rows]), perf_counter() - begin)
         kept = signals.stacked([row["signals"] for row in rows])
-        return Flight(scenario, **_arrays(rows), signals=kept, own_blocks=names, wall_clock=clock)
+        return Flight(scenario, **_arrays(rows), signals=kept, own_blocks=names, wall_clock=clock, files=files)
 
     def fly_to(time: float) -> dict[str, Any]:
         if time > 0.0:

@@ -8,13 +8,13 @@ import numpy as np
 from pydrake.systems.framework import System
 
 from a2s_drake.common.quoting import quoted
-from a2s_drake.guidance.path import uav_position
+from a2s_drake.guidance.courses import Courses
 from a2s_drake.guidance.plan.block import PlannedReference
+from a2s_drake.guidance.plan.segment import check_plannable
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.guidance.soft_min import AttitudeReference, affine_phase, nearest_fringe
 from a2s_drake.scenario.checks import ScenarioError, refuse
 from a2s_drake.scenario.scenario import Scenario
-from a2s_drake.world.ship import ship_position
 
 
 @dataclass(frozen=True)
@@ -67,10 +67,10 @@ def _planned(scenario: Scenario, plan: AttitudeSpline | None) -> System:
 
 def _check_index_window(scenario: Scenario) -> None:
     """The window of fringe indices must hold the nearest fringe at every sample of the mission."""
-    # After the mission's end, where previews and longer flights look, everything stands still.
-    times = np.append(scenario.samples_until(scenario.mission.duration), scenario.mission.duration)
-    position, ship = uav_position(times, scenario.mission), ship_position(times, scenario.mission)
-    phase, _ = affine_phase(position, ship, scenario.link)
+    # After the end of the courses, where previews and longer flights look, everything stands still.
+    courses = Courses.of(scenario)
+    times = np.append(scenario.samples_until(courses.end), courses.end)
+    phase, _ = affine_phase(*courses.positions(times), scenario.link)
     nearest = nearest_fringe(phase)
     first, last = int(nearest.min()), int(nearest.max())
     law = scenario.attitude_law
@@ -87,7 +87,7 @@ LAWS: dict[str, Law] = {
     "three_axis": Law("three axes", {"color": "#0072B2", "linestyle": "-"}, _soft_min, _check_index_window),
     "pitch_only": Law("pitch only", {"color": "#E69F00", "linestyle": "--"}, _soft_min, _check_index_window),
     "level": Law("level", {"color": "#333333", "linestyle": ":"}, _soft_min),
-    "planned": Law("planned", {"color": "#000000", "linestyle": "-."}, _planned, needs_plan=True),
+    "planned": Law("planned", {"color": "#000000", "linestyle": "-."}, _planned, check_plannable, needs_plan=True),
 }
 """Law by name. A test holds its names equal to the choices of `attitude_law.name`."""
 

@@ -26,14 +26,18 @@ def describe_limits(limits: dict[str, Any]) -> str:
         return "must be true or false"
     if "choices" in limits:
         return "must be one of " + ", ".join(str(choice) for choice in limits["choices"])
+    if "file" in limits:
+        return "must be the name of a file"
     words = {"above": "above", "at_least": "at least", "below": "below", "at_most": "at most"}
     bounds = [f"{word} {limits[key]}" for key, word in words.items() if key in limits]
     return "must be " + ", ".join(["finite", *bounds])
 
 
-def _within(value: float, limits: dict[str, Any]) -> bool:
+def _within(value: Any, limits: dict[str, Any]) -> bool:
     if "choices" in limits:
         return value in limits["choices"]
+    if "file" in limits:
+        return value != "" and "\0" not in value
     return (
         # Every integer is finite, but Python cannot say so of one that is too large for a float.
         (isinstance(value, int) or math.isfinite(value))

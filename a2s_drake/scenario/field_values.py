@@ -52,6 +52,8 @@ def field_value(name: str, value: Any, hint: Any) -> Any:
         except OverflowError as error:
             raise refuse(name, value, "must be a number of at most 1.7e308") from error
     words = _LISTS[get_args(kind)[0]] if get_origin(kind) is list else _KINDS[kind]
+    if kind is str and _may_be_null(hint):
+        words = "a text, in quotes where it looks like a number,"
     or_null = " or null" if _may_be_null(hint) else ""
     raise refuse(name, value, f"must be {words}{or_null}{_advice(value, kind)}")
 

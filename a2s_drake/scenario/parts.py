@@ -32,6 +32,11 @@ def _choice(default: str, choices: tuple[str, ...]) -> Any:
     return field(default=default, metadata={"choices": choices})
 
 
+def _file() -> Any:
+    """A field that may name a file; in a scenario file a relative name is relative to that file's folder."""
+    return field(default=None, metadata={"file": True})
+
+
 @dataclass
 class Airframe:
     """The tilted hexarotor: a rigid body with six rotors at 60 deg spacing, the first on the body's +x axis."""
@@ -87,7 +92,10 @@ class Link:
 
 @dataclass
 class Mission:
-    """Where UAV and ship go: the UAV once around a circle, the ship along a straight line; then both stand still."""
+    """Where UAV and ship go: the UAV once around a circle, the ship along a straight line; then both stand still.
+
+    A file may take the place of the circle, and another one that of the line.
+    """
 
     # Duration T of the manoeuvre, s (Table I).
     duration: float = _number(40.0, at_least=1e-3, at_most=86400.0)
@@ -100,6 +108,13 @@ class Mission:
     # First and last horizontal position (x, y) of the ship, m, world frame (Table I).
     ship_start: list[float] = _vector(90.0, 0.0, at_least=-1e6, at_most=1e6)
     ship_end: list[float] = _vector(100.0, 0.0, at_least=-1e6, at_most=1e6)
+    # CSV file with columns time,x,y,z (s, m, world frame) of a path that the UAV flies in place of the circle; `radius`
+    # and `start` are then not used. The vehicle starts at rest where the path begins. A relative name in a scenario
+    # file is relative to that file's folder.
+    path_file: str | None = _file()
+    # CSV file with columns time,x,y (s, m, world frame) of a track that the ship sails in place of the line;
+    # `ship_start` and `ship_end` are then not used.
+    ship_track_file: str | None = _file()
 
 
 @dataclass

@@ -1,7 +1,8 @@
 """Scenario: all that a flight hangs on, in one object that YAML holds, overrides change and `validate` checks."""
 
 import copy
-from collections.abc import Iterable, Iterator
+import os
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Self, get_type_hints
@@ -10,7 +11,7 @@ import numpy as np
 from pydrake.common.yaml import yaml_dump_typed
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.common.quoting import named, quoted, shorten
+from a2s_drake.common.quoting import PATH_LENGTH, named, one_line, quoted, shorten
 from a2s_drake.scenario.checks import ScenarioError, check_inertia, check_order, check_part, refuse
 from a2s_drake.scenario.field_values import field_value
 from a2s_drake.scenario.parts import (
@@ -24,7 +25,7 @@ from a2s_drake.scenario.parts import (
     Planning,
     Simulation,
 )
-from a2s_drake.scenario.yaml_reader import YamlMap, read_yaml
+from a2s_drake.scenario.yaml_reader import YamlMap, read_text, read_yaml
 
 # More samples than this in one flight is a slip of the keyboard: at 20 ms it is more than two days.
 _MAX_SAMPLES = 10_000_000
@@ -70,12 +71,13 @@ class Scenario:
         return int(end / self.mpc.period + 1e-9) + 1
 
     @classmethod
-    def from_yaml(cls, text: str, *, name: str | None = None, source: str = "YAML") -> Self:
+    def from_yaml(cls, text: str, *, name: str | None = None, source: str = "YAML", folder: Path | None = None) -> Self:
         """A scenario from YAML; fields that the text leaves out keep their defaults. Does not validate.
 
         Args:
           text: a document that holds one scenario, or, with `name`, a map of scenarios by name.
           source: what to call the text in errors.
+          folder: what the relative names of files in the text are relative to; the working directory without it.
         Raises:
           ScenarioError: when it is no YAML, or names an unknown scenario or field, or a value has the wrong type. It
             names the source and the line.
@@ -97,15 +99,36 @@ class Scenario:
                     scenario._set(section, key, value)
         except ScenarioError as error:
             raise ScenarioError(f"{place}: {error}") from error
-        return scenario
+        return scenario if folder is None else scenario._with_files(lambda file: str(folder / file))
+
+    @classmethod
+    def load(cls, path: Path | str) -> Self:
+        """A scenario from a YAML file, which the names of files in it are relative to. Does not validate.
+
+        Raises:
+          OSError: when the file cannot be read; ScenarioError, which names it: when it does not hold a scenario.
+        """
+        path = Path(path)
+        return cls.from_yaml(read_text(path), source=one_line(str(path), PATH_LENGTH), folder=path.parent)
 
     def to_yaml(self) -> str:
         """Every field as YAML; `from_yaml` of it equals this scenario exactly."""
         return str(yaml_dump_typed(self))
 
     def save(self, path: Path) -> None:
-        """Writes `to_yaml` to a file."""
-        path.write_text(self.to_yaml(), encoding="utf-8")
+        """Writes this scenario as a YAML file that `load` reads back; it names the same files as this scenario."""
+        told = self._with_files(lambda file: file if Path(file).is_absolute() else os.path.relpath(file, path.parent))
+        path.write_text(told.to_yaml(), encoding="utf-8")
+
+    def _with_files(self, rename: Callable[[str], str]) -> Self:
+        """A copy whose fields that name a file name another one."""
+        changed = copy.deepcopy(self)
+        for section in fields(changed):
+            part = getattr(changed, section.name)
+            for entry in fields(part):
+                if "file" in entry.metadata and getattr(part, entry.name):
+                    setattr(part, entry.name, rename(getattr(part, entry.name)))
+        return changed
 
     def with_value(self, name: str, value: Any) -> Self:
         """A copy with one field, named `section.field`, set to a value as YAML would hold it. Does not validate.

@@ -7,7 +7,7 @@ import numpy as np
 
 from a2s_drake.common.arrays import BoolArray, FloatArray
 from a2s_drake.flight.log import Flight
-from a2s_drake.guidance.path import uav_position
+from a2s_drake.guidance.courses import Courses
 from a2s_drake.guidance.soft_min import affine_phase, attitude_reference
 from a2s_drake.scenario.parts import FALLBACKS
 from a2s_drake.scenario.scenario import Scenario
@@ -18,7 +18,6 @@ from a2s_drake.study.ceiling import (
     is_hoverable,
     throughput_of,
 )
-from a2s_drake.world.ship import ship_position
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class Geometry:
     def of(cls, scenario: Scenario) -> "Geometry":
         """The planned geometry of a scenario over its flight."""
         time = scenario.sample_times()
-        return cls(time, uav_position(time, scenario.mission), ship_position(time, scenario.mission))
+        return cls(time, *Courses.of(scenario).positions(time))
 
     @classmethod
     def of_flight(cls, flight: Flight) -> "Geometry":

@@ -4,6 +4,7 @@ import hashlib
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -12,7 +13,9 @@ import numpy as np
 from a2s_drake.common.packages import is_installed
 from a2s_drake.flight.log import Flight, array_names, optional_names
 from a2s_drake.flight.metrics import write_metrics
+from a2s_drake.scenario.checks import ScenarioError
 from a2s_drake.scenario.scenario import Scenario
+from a2s_drake.scenario.track_file import by_content
 from a2s_drake.study.pool import fly_each
 
 # Rooms that look at flights or decide which to fly; no number in a flight hangs on them.
@@ -44,9 +47,15 @@ class FlightStore:
         versions = [f"{name} {version(name)}" for name, module in libraries.items() if is_installed(module)]
         self._maker = " ".join([code, *versions])
 
-    def place(self, scenario: Scenario) -> Path:
-        """Where a scenario's flight is or will be kept."""
-        content = f"{scenario.to_yaml()}\n{self._maker}"
+    def place(self, scenario: Scenario, files: Mapping[str, bytes] | None = None) -> Path:
+        """Where a scenario's flight is or will be kept. It goes by what track files hold, not by their names.
+
+        Args:
+          files: the content of the scenario's track files, see `Flight.files`; without it they are read now.
+        Raises:
+          ScenarioError: when a track file cannot be read.
+        """
+        content = f"{by_content(scenario, files or {}).to_yaml()}\n{self._maker}"
         return self._folder / hashlib.sha256(content.encode()).hexdigest()[:16]
 
     def holds(self, scenario: Scenario) -> bool:
@@ -65,18 +74,18 @@ class FlightStore:
         except (OSError, ValueError) as error:
             warnings.warn(f"a kept flight is damaged and is flown again: {' '.join(str(error).split())}", stacklevel=2)
             return None
-        return flight
+        return replace(flight, scenario=scenario)  # which names the same track files in their own places
 
     def keep(self, flight: Flight) -> None:
         """Keeps a flight; an interrupt leaves each file old or new, never half written."""
-        place = self.place(flight.scenario)
+        place = self.place(flight.scenario, flight.files)
         flight.save(place)
         write_metrics(flight, place)
 
 
 def _check(flight: Flight, scenario: Scenario, place: Path) -> None:
     """Raises ValueError, which names the file, unless a flight is that of a scenario, whole and finite."""
-    if flight.scenario != scenario:
+    if by_content(flight.scenario, flight.files) != by_content(scenario, {}):
         raise ValueError(f"{place / 'scenario.yaml'}: holds another scenario")
     if not flight.rebuilds_from_scenario:
         raise ValueError(f"{place / 'flight.npz'}: was flown with blocks that the scenario does not name")
@@ -97,6 +106,9 @@ def fly_kept(
     """Flights by name: first those kept, then, as they are done and kept, the others. See `campaign.fly_each`.
 
     Equal scenarios under several names are flown once.
+
+    Raises:
+      ScenarioError: when a track file cannot be read, or changed between the start and its flight.
     """
     names: dict[Path, list[str]] = {}
     for name, scenario in scenarios.items():
@@ -109,7 +121,10 @@ def fly_kept(
             continue
         for name in names[place]:
             yield name, kept
+    places = {first: place for place, (first, *_) in names.items()}
     for first, flight in fly_each(missing, fly, executor):
         store.keep(flight)
-        for name in names[store.place(scenarios[first])]:
+        if store.place(flight.scenario, flight.files) != places[first]:
+            raise ScenarioError(f"{first}: its path_file or ship_track_file changed before it was flown; start again")
+        for name in names[places[first]]:
             yield name, flight

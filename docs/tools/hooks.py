@@ -97,6 +97,8 @@ def _allowed(entry: Field[Any]) -> str:
     length = limits.pop("length", None)
     if "choices" in limits:
         return ", ".join(f"`{choice}`" for choice in limits["choices"])
+    if "file" in limits:
+        return "a CSV file"
     signs = {"above": ">", "at_least": "\u2265", "below": "<", "at_most": "\u2264"}
     words = html.escape(", ".join(f"{signs[key]} {limit:g}" for key, limit in limits.items()))
     return words if length is None else f"{length} entries, each {words}"

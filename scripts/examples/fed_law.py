@@ -9,7 +9,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from a2s_drake import AttitudeReference, Scenario, compute_metrics, hover_input, run_flight
 from a2s_drake.common.wiring import build_wired, export_outputs
-from a2s_drake.guidance.path import uav_velocity
+from a2s_drake.guidance.path import uav_path
 from diagrams import Blocks, build_closed_loop
 from scripts.example_figures import laws_figure
 from scripts.examples.shared import run, run_example
@@ -20,11 +20,11 @@ class PathVelocity(LeafSystem):
 
     def __init__(self, scenario: Scenario) -> None:
         LeafSystem.__init__(self)
-        self._mission, self._ahead = scenario.mission, scenario.mpc.period * np.arange(scenario.mpc.horizon + 1)
+        self._path, self._ahead = uav_path(scenario.mission), scenario.mpc.period * np.arange(scenario.mpc.horizon + 1)
         self.DeclareVectorOutputPort("velocity_preview", 3 * len(self._ahead), self._calc, {self.time_ticket()})
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(uav_velocity(context.get_time() + self._ahead, self._mission).ravel())
+        output.SetFromVector(self._path.velocity(context.get_time() + self._ahead).ravel())
 
 
 def fed(scenario: Scenario) -> Diagram:

@@ -111,6 +111,8 @@ def draw(rng: Random, field: Field[Any], default: Any) -> Any:
     limits = dict(field.metadata)
     if "choices" in limits:
         return rng.choice(limits["choices"])
+    if "file" in limits:  # There is none to draw.
+        return default
     if "length" not in limits:
         return _number(rng, limits, default)
     if rng.random() < 0.5:

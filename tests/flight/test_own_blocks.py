@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from diagrams.reference import add_reference
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
@@ -17,7 +18,6 @@ from a2s_drake.link.two_ray import TwoRayChannel
 from a2s_drake.study.store import FlightStore
 from a2s_drake.vehicle.airframe import add_airframe
 from diagrams import build_closed_loop, build_link_only
-from diagrams.reference import add_reference
 from scripts import flying
 from tests.support.damage import content, rewrite
 from tests.support.flights import made_up_flight

@@ -10,7 +10,16 @@ import pytest
 from a2s_drake import Airframe, Scenario, compute_metrics, run_flight, wrench_map
 from diagrams import build_closed_loop
 from scripts import examples
-from scripts.examples import channel_map, fed_law, linearise_airframe, one_mpc_step, own_airframe, own_law
+from scripts.examples import (
+    channel_map,
+    fed_law,
+    figure_eight,
+    linearise_airframe,
+    one_mpc_step,
+    own_airframe,
+    own_law,
+    turning_ship,
+)
 
 FOLDER = Path(examples.__file__).parent
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
@@ -89,6 +98,29 @@ def test_fed_level_flies_where_it_should_and_the_papers_law_wins_what_it_did(sho
     unfed = compute_metrics(run_flight(build_closed_loop(papers), papers))
     assert won[1] == pytest.approx(unfed["throughput_bit_per_hz"], rel=0.01)
     assert astray[1] < unfed["position_error_max_m"]
+
+
+def test_on_a_figure_eight_the_papers_law_beats_level(show) -> None:
+    printed = show(figure_eight, "--duration", "20")
+    won, astray = np.transpose([numbers(printed, f"{name}:") for name in ("level", "the paper's law")])
+    assert won[1] > 1.2 * won[0]
+    assert astray[1] < 0.2
+
+
+def test_a_path_that_is_too_fast_is_refused_in_one_line(tmp_path: Path, capsys) -> None:
+    assert figure_eight.main(["--duration", "10", "--out", str(tmp_path)]) == 2
+    printed = capsys.readouterr()
+    # Twice pi^2 / T times the half length of 2 m, on the x axis.
+    assert re.search(r"mission.path_file = .*figure_eight.csv': reaches 1.97\d? m/s on an axis at t = 5 s", printed.err)
+    assert printed.err.count("\n") == 1
+
+
+def test_to_a_ship_that_turns_back_the_papers_law_beats_level(show) -> None:
+    # At 2 m/s it has turned after 10 s straight ahead and half a circle of 10 m, 25.7 s in all.
+    printed = show(turning_ship, "--speed", "2", "--duration", "27")
+    won, _ = np.transpose([numbers(printed, f"{name}:") for name in ("level", "the paper's law")])
+    assert won[1] > 1.1 * won[0]
+    assert numbers(printed, "ship: heads for") == [0.0, 180.0]
 
 
 def test_a_bad_duration_is_refused_in_one_line(tmp_path: Path, capsys) -> None:

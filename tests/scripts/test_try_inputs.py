@@ -181,6 +181,8 @@ def test_values_are_drawn_over_the_whole_range_and_at_its_ends() -> None:
         limits = field.metadata
         if "choices" in limits:
             assert {draw(rng, field, field.default) for _ in range(100)} == set(limits["choices"])
+        elif "file" in limits:
+            assert draw(rng, field, field.default) is None
         elif "length" not in limits:
             values = {draw(rng, field, field.default) for _ in range(300)}
             low, high = limits.get("at_least", -math.inf), limits.get("at_most", math.inf)

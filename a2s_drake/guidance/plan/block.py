@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.guidance.path import uav_acceleration, uav_velocity
+from a2s_drake.guidance.path import uav_path
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.checks import ScenarioError
 from a2s_drake.scenario.parts import Airframe, Mission, Mpc
@@ -39,7 +39,7 @@ class PlannedReference(LeafSystem):
         Without a spline the block can be wired and drawn. It raises ScenarioError where an output is evaluated.
         """
         LeafSystem.__init__(self)
-        self._plan, self._mission, self._flat = spline, mission, FlatMap.of(airframe)
+        self._plan, self._path, self._flat = spline, uav_path(mission), FlatMap.of(airframe)
         self._ahead = mpc.period * np.arange(mpc.horizon + 1)
         self._middles = self._ahead[:-1] + mpc.period / 2.0
         size = 3 * (mpc.horizon + 1)
@@ -69,7 +69,7 @@ class PlannedReference(LeafSystem):
         output.SetFromVector(self._spline.eta(context.get_time() + self._ahead).ravel())
 
     def _calc_velocity_preview(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(uav_velocity(context.get_time() + self._ahead, self._mission).ravel())
+        output.SetFromVector(self._path.velocity(context.get_time() + self._ahead).ravel())
 
     def _calc_angular_velocity_preview(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._spline.angular_velocity(context.get_time() + self._ahead).ravel())
@@ -81,4 +81,4 @@ class PlannedReference(LeafSystem):
         """Squared rotor speeds that the plan needs at times (n,), Hz^2, shape (n, 6)."""
         spline = self._spline
         motion = np.hstack([spline.eta(time), spline.rate(time), spline.acceleration(time)])
-        return self._flat.needs(motion, uav_acceleration(time, self._mission))[1]
+        return self._flat.needs(motion, self._path.acceleration(time))[1]

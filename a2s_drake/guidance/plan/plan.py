@@ -138,7 +138,7 @@ def plan_attitude(
     Raises:
       ValueError: for a time limit below zero.
       ScenarioError: when the vehicle cannot fly the path even level within its limits, its rotors cannot make every
-        wrench, or the mission is too long for the search.
+        wrench, the mission is too long for the search, or names a track file.
     """
     if time_limit is not None and not time_limit >= 0.0:
         raise ValueError(f"time_limit = {time_limit!r}: must be at least 0")

@@ -14,6 +14,7 @@ from a2s_drake.guidance.path import uav_acceleration, uav_position
 from a2s_drake.guidance.plan.limits import NUM_USES, Limits
 from a2s_drake.guidance.plan.spline import SUPPORT, SplineGrid
 from a2s_drake.link.throughput import efficiency_derivatives
+from a2s_drake.scenario.checks import refuse
 from a2s_drake.scenario.parts import Planning
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.vehicle.flatness import FlatMap
@@ -21,6 +22,17 @@ from a2s_drake.world.ship import ship_position
 
 # Entries of the control points that shape one interval: four points, three angles each.
 SHAPE = 3 * SUPPORT
+
+
+def check_plannable(scenario: Scenario) -> None:
+    """Checks that a scenario can be planned.
+
+    Raises:
+      ScenarioError: when it names a track file: the planner knows the circle and the line alone.
+    """
+    for name in ("path_file", "ship_track_file"):
+        if (file := getattr(scenario.mission, name)) is not None:
+            raise refuse(f"mission.{name}", file, "the planner knows the circle and the line alone; must be null")
 
 
 @dataclass(frozen=True)
@@ -35,7 +47,12 @@ class Task:
 
     @classmethod
     def of(cls, scenario: Scenario) -> "Task":
-        """The task of a scenario: its mission from take-off to the end, whatever part of it is flown."""
+        """The task of a scenario: its mission from take-off to the end, whatever part of it is flown.
+
+        Raises:
+          ScenarioError: as `check_plannable`.
+        """
+        check_plannable(scenario)
         planning = scenario.planning
         grid = SplineGrid.of(scenario.mission.duration, planning.knot_spacing)
         return cls(scenario, grid, Limits.of(scenario), FlatMap.of(scenario.airframe), planning)

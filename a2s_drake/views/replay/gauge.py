@@ -6,12 +6,11 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.guidance.path import uav_position
+from a2s_drake.guidance.courses import Courses
 from a2s_drake.link.two_ray import path_lengths
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.views.replay.shapes import Mesh, prism, strokes, text
 from a2s_drake.views.replay.stage import Color, Stage, translation
-from a2s_drake.world.ship import ship_position
 
 TICK_DB = 5.0
 DEEPEST_FADE_DB = 40.0  # below the best SNR; without it, a reflection as strong as the direct ray has no lowest SNR
@@ -47,7 +46,7 @@ class GaugeScale:
         return np.arange(self.low_db, self.high_db + TICK_DB / 2.0, TICK_DB)
 
 
-def gauge_scale(scenario: Scenario) -> GaugeScale:
+def gauge_scale(scenario: Scenario, courses: Courses | None = None) -> GaugeScale:
     """The scale that holds every SNR on the planned paths, whatever the attitude and the phase between the rays.
 
     The antenna is somewhere within |r_a| of the centre of mass, so its distance from the ship's antenna and its height
@@ -55,8 +54,8 @@ def gauge_scale(scenario: Scenario) -> GaugeScale:
     phase. It ends where the two-ray formula does, with the antennas one wavelength apart, and 40 dB below its top.
     """
     link = scenario.true_link()
-    times = np.linspace(0.0, scenario.mission.duration, 1000)
-    position, ship = uav_position(times, scenario.mission), ship_position(times, scenario.mission)
+    courses = courses or Courses.of(scenario)
+    position, ship = courses.positions(np.linspace(0.0, courses.end, 1000))
     # Between two of these instants nothing gets farther off than one step.
     step = np.max(np.linalg.norm(np.diff(ship - position, axis=0), axis=1))
     reach = float(np.linalg.norm(link.antenna_offset) + step)
@@ -93,10 +92,19 @@ class Gauge:
       path: its name there.
       X_PG: its pose in the parent; `size` scales it.
       scenario: whose flight it reads.
+      courses: of that flight; those of the scenario without it.
     """
 
-    def __init__(self, stage: Stage, path: str, X_PG: RigidTransform, size: float, scenario: Scenario) -> None:
-        self.scale = gauge_scale(scenario)
+    def __init__(
+        self,
+        stage: Stage,
+        path: str,
+        X_PG: RigidTransform,
+        size: float,
+        scenario: Scenario,
+        courses: Courses | None = None,
+    ) -> None:
+        self.scale = gauge_scale(scenario, courses)
         self._stage, self._path = stage, f"{path}/size"
         self._end = max(float(scenario.sample_times()[-1]), scenario.mpc.period)
         self._last: FloatArray | None = None

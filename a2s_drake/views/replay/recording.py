@@ -8,6 +8,7 @@ from pydrake.geometry import MeshcatAnimation
 
 from a2s_drake.common.files import written_whole
 from a2s_drake.flight.log import Flight
+from a2s_drake.guidance.courses import Courses
 from a2s_drake.views.replay.scene import Scene
 from a2s_drake.views.replay.stage import start_meshcat
 
@@ -41,7 +42,9 @@ def replay_html(flight: Flight) -> str:
     animation = MeshcatAnimation(1.0 / flight.scenario.mpc.period)
     animation.set_loop_mode(MeshcatAnimation.LoopMode.kLoopRepeat)
     animation.set_repetitions(1_000_000)
-    scene = Scene(meshcat, flight.scenario, animation, last_frame=samples - 1)
+    # The track files may have changed or gone since the flight, which has kept what was in them.
+    courses = Courses.of(flight.scenario, flight.files)
+    scene = Scene(meshcat, flight.scenario, animation, last_frame=samples - 1, courses=courses)
     for frame in shown_frames(samples, flight.scenario.mpc.period):
         scene.show(flight.sample(frame), frame)
     meshcat.SetAnimation(animation)

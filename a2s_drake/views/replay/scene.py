@@ -7,7 +7,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.rotations import rotation_matrix
 from a2s_drake.flight.log import Sample
-from a2s_drake.guidance.path import uav_position
+from a2s_drake.guidance.courses import Courses
 from a2s_drake.link.two_ray import antenna_position, ship_antenna_and_image, specular_point
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.vehicle.airframe import NUM_ROTORS, rotor_table
@@ -15,7 +15,6 @@ from a2s_drake.views.replay.gauge import Gauge
 from a2s_drake.views.replay.models import ROTOR_RADIUS, blades_path, put_sea, put_ship, put_vehicle, spin_sense
 from a2s_drake.views.replay.shapes import prism, tube
 from a2s_drake.views.replay.stage import Color, Stage, translation
-from a2s_drake.world.ship import ship_position
 
 WORLD = "world_seen_from_vehicle"
 VEHICLE = f"{WORLD}/vehicle"
@@ -41,11 +40,12 @@ PATH_RADIUS = 0.01  # m
 RAY_WIDTH = 1.5e-3  # radius over distance from the eye
 
 
-def view_frame(scenario: Scenario) -> RotationMatrix:
+def view_frame(scenario: Scenario, courses: Courses | None = None) -> RotationMatrix:
     """R_WD of the frame that the view stands in: x to the middle of the ship's mast at mid-mission, y level, z up."""
     half = np.array(0.5 * scenario.mission.duration)
     mast = np.array([0.0, 0.0, 0.5 * scenario.link.ship_antenna_height])
-    ahead = ship_position(half, scenario.mission) + mast - uav_position(half, scenario.mission)
+    position, ship = (courses or Courses.of(scenario)).positions(half)
+    ahead = ship + mast - position
     across = np.cross([0.0, 0.0, 1.0], ahead)
     if np.linalg.norm(across) < 1e-9 * max(1.0, float(np.linalg.norm(ahead))):
         across = np.array([0.0, 1.0, 0.0])  # the ship is right below
@@ -81,12 +81,18 @@ class Scene:
       scenario: whose flight is shown.
       recording: where movements go instead of onto the page.
       last_frame: the recording's last frame; its frames are whole controller periods.
+      courses: of the flight; those of the scenario without it.
     """
 
     def __init__(
-        self, meshcat: Meshcat, scenario: Scenario, recording: MeshcatAnimation | None = None, last_frame: int = 0
+        self,
+        meshcat: Meshcat,
+        scenario: Scenario,
+        recording: MeshcatAnimation | None = None,
+        last_frame: int = 0,
+        courses: Courses | None = None,
     ) -> None:
-        self._scenario = scenario
+        self._scenario, self._courses = scenario, courses or Courses.of(scenario)
         self._stage = Stage(meshcat, recording, last_frame)
         self._spin = np.array([spin_sense(rotor.moment_ratio) for rotor in rotor_table(scenario.airframe)])
         self._angle = np.zeros(NUM_ROTORS)
@@ -95,21 +101,21 @@ class Scene:
         self._duration = float(scenario.sample_times()[-1])
         self._drawn: tuple[float, FloatArray] | None = None
         self._pieces = 0
+        self._ship_yaw = 0.0
         self._put_up()
 
     def _put_up(self) -> None:
         stage, scenario = self._stage, self._scenario
         mission, link, airframe = scenario.mission, scenario.true_link(), scenario.airframe
-        R_WD = view_frame(scenario)
+        R_WD = view_frame(scenario, self._courses)
         reach = max((1.0 + ROTOR_RADIUS) * airframe.arm_length, float(np.linalg.norm(link.antenna_offset)))
         size = reach / REACH
         self._dress_page(R_WD, size)
-        times = np.linspace(0.0, mission.duration, 200)
-        path, ship = uav_position(times, mission), ship_position(times, mission)
+        path, ship = self._courses.positions(np.linspace(0.0, self._courses.end, 200))
         span = float(np.max(np.linalg.norm(ship - path, axis=1)))
         put_sea(stage, f"{WORLD}/sea", np.array([*(0.5 * (path[0] + ship[-1]))[:2], mission.sea_level]), 2.0 * span)
         put_vehicle(stage, VEHICLE, airframe, link)
-        put_ship(stage, SHIP, link.ship_antenna_height, under_way=bool(np.any(ship[0] != ship[-1])))
+        put_ship(stage, SHIP, link.ship_antenna_height, under_way=bool(np.any(ship != ship[0])))
         stage.meshcat.SetLine(f"{WORLD}/planned_path", path.T, 1.0, Rgba(*PLANNED, 0.7))
         # Each ray is one long, then stretched to its length; its ends look equally wide from the eye.
         near, far = RAY_WIDTH * size * float(np.linalg.norm(EYE)), RAY_WIDTH * span
@@ -126,7 +132,8 @@ class Scene:
         stage.put(f"{RAYS}/specular_point", prism(mark, 0.0, 0.4), REFLECTED, glow=0.9)
         p_WE = R_WD @ (size * EYE)
         R_WE = eye_frame(p_WE - R_WD @ (size * LOOK_AT))
-        self._gauge = Gauge(stage, GAUGE, RigidTransform(R_WE, p_WE + R_WE @ (size * GAUGE_CORNER)), size, scenario)
+        X_WG = RigidTransform(R_WE, p_WE + R_WE @ (size * GAUGE_CORNER))
+        self._gauge = Gauge(stage, GAUGE, X_WG, size, scenario, self._courses)
 
     def _dress_page(self, R_WD: RotationMatrix, size: float) -> None:
         """Sky, lights and camera."""
@@ -153,7 +160,7 @@ class Scene:
         stage.move(WORLD, translation(-p_WB))
         stage.move(VEHICLE, RigidTransform(RotationMatrix(rotation_matrix(eta)), p_WB))
         self._turn_blades(time, sample["rotor_speed"])
-        stage.move(SHIP, RigidTransform(self._heading(), ship))
+        stage.move(SHIP, RigidTransform(self._heading(time), ship))
         antenna, top = antenna_position(p_WB, eta, link), ship_antenna_and_image(ship, link)[0]
         bounce = specular_point(antenna, top, float(ship[2]))
         for name, start, end in (
@@ -176,10 +183,13 @@ class Scene:
             X = RigidTransform(RotationMatrix.MakeZRotation(angle), np.zeros(3))
             self._stage.move(blades_path(VEHICLE, rotor), X)
 
-    def _heading(self) -> RotationMatrix:
-        mission = self._scenario.mission
-        x, y = np.asarray(mission.ship_end) - np.asarray(mission.ship_start)
-        return RotationMatrix.MakeZRotation(np.arctan2(y, x))
+    def _heading(self, time: float) -> RotationMatrix:
+        """The ship points where it sails; where it stands still, as it did before."""
+        # At its end the track still moves, so this is where a ship points that has arrived.
+        x, y, _ = self._courses.ship.velocity(np.array(np.clip(time, 0.0, self._courses.ship.end)))
+        if np.hypot(x, y) > 1e-6:  # m/s; a spline never quite stands still
+            self._ship_yaw = float(np.arctan2(y, x))
+        return RotationMatrix.MakeZRotation(self._ship_yaw)
 
     def _draw_on(self, time: float, p_WB: FloatArray, snr_db: float) -> None:
         """Draws the path so far and the gauge's curve on, when it is time for their next piece."""
