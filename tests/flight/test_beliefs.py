@@ -32,6 +32,20 @@ def test_a_port_of_a_diagram_becomes_the_array_of_its_name(port: str) -> None:
         assert np.isnan(getattr(flight, name)).all()
 
 
+@pytest.mark.parametrize("build", [build_link_only, build_closed_loop])
+def test_our_drawings_show_what_is_true_and_what_is_measured(build) -> None:
+    scenario = SCENARIO.with_overrides(["simulation.duration=0.06", "mpc.horizon=5", "link.reflection_magnitude=0.7"])
+    scenario = scenario.with_value("knowledge.ship_antenna_height_error", 0.31)
+    flight = run_flight(build(scenario), scenario)
+    np.testing.assert_allclose(flight.ship_antenna_position, flight.ship_position + np.array([0.0, 0.0, 10.31]))
+    np.testing.assert_array_equal(flight.reflection_magnitude, 0.7)
+    np.testing.assert_array_equal(flight.reflection_phase, np.pi)
+    measures = build is build_closed_loop
+    assert np.isnan(flight.measured_state).all() != measures
+    if measures:
+        np.testing.assert_array_equal(flight.measured_state[:, :3], flight.position)
+
+
 def test_reflection_is_a_magnitude_and_a_phase() -> None:
     flight = run_flight(
         extended_link(SCENARIO, FunctionOfTime("reflection", 2, lambda t: (0.5 + t, 3.0 - t))), SCENARIO
@@ -40,10 +54,9 @@ def test_reflection_is_a_magnitude_and_a_phase() -> None:
     np.testing.assert_allclose(flight.reflection_phase, 3.0 - TIMES)
 
 
-@pytest.mark.parametrize("build", [build_link_only, build_closed_loop])
-def test_without_the_ports_all_is_nan_but_the_command_which_is_the_path(build) -> None:
+def test_without_the_ports_all_is_nan_but_the_command_which_is_the_path() -> None:
     scenario = SCENARIO.with_overrides(["simulation.duration=0.06", "mpc.horizon=5"])
-    flight = run_flight(build(scenario), scenario)
+    flight = run_flight(extended_link(scenario), scenario)
     for name in optional_names() - {"position_command"}:
         values = getattr(flight, name)
         assert np.isnan(values).all()

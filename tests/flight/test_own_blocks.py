@@ -6,18 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagrams.reference import add_reference
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from a2s_drake import Flight, Scenario, build_wired, compute_metrics, hover_input, run_flight
 from a2s_drake.common.files import DamagedFileError
-from a2s_drake.common.wiring import export_outputs, mark_own_blocks
+from a2s_drake.common.wiring import mark_own_blocks
 from a2s_drake.flight.folder import write_results
-from a2s_drake.link.two_ray import TwoRayChannel
 from a2s_drake.study.store import FlightStore
-from a2s_drake.vehicle.airframe import add_airframe
-from diagrams import build_closed_loop, build_link_only
+from diagrams import Blocks, build_closed_loop, build_link_only
 from scripts import flying
 from tests.support.damage import content, rewrite
 from tests.support.flights import made_up_flight
@@ -34,19 +31,14 @@ def marked(names: dict[str, str]) -> Diagram:
 
 def hovering_loop(scenario: Scenario) -> Diagram:
     """A closed loop whose controller knows nothing but the speeds of hover: no solver, and no `solver_status`."""
-    builder = DiagramBuilder()
-    _, ship, _ = add_reference(builder, scenario)
-    hover = builder.AddNamedSystem("hover", ConstantVectorSource(hover_input(scenario.airframe)))
-    airframe = add_airframe(builder, scenario.airframe, scenario.mission.start)
-    channel = builder.AddNamedSystem("channel", TwoRayChannel(scenario.link))
-    builder.Connect(hover.get_output_port(), airframe.GetInputPort("rotor_speed_squared"))
-    builder.Connect(airframe.GetOutputPort("vehicle_state"), channel.GetInputPort("vehicle_state"))
-    builder.Connect(ship.GetOutputPort("ship_position"), channel.GetInputPort("ship_position"))
-    builder.ExportOutput(hover.get_output_port(), "rotor_speed_squared")
-    export_outputs(builder, airframe, channel)
-    diagram = build_wired(builder, "hovering")
-    mark_own_blocks(diagram, {"controller": "Hover"})
-    return diagram
+
+    def hover(_: Scenario) -> Diagram:
+        builder = DiagramBuilder()
+        speeds = builder.AddSystem(ConstantVectorSource(hover_input(scenario.airframe)))
+        builder.ExportOutput(speeds.get_output_port(), "rotor_speed_squared")
+        return build_wired(builder, "Hover")
+
+    return build_closed_loop(scenario, blocks=Blocks(controller=hover))
 
 
 def test_a_flight_goes_by_the_name_of_its_own_law() -> None:

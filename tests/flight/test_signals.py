@@ -14,6 +14,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from a2s_drake import Flight, FlightInterrupted, Scenario, WiringError, run_flight
 from a2s_drake.common.files import DamagedFileError
+from a2s_drake.common.wiring import find_block
 from a2s_drake.flight.log import array_names
 from a2s_drake.flight.signals import Signals
 from diagrams import build_closed_loop, build_link_only
@@ -32,7 +33,7 @@ def wave(port: str = "y", size: int = 2) -> FunctionOfTime:
 
 def test_a_block_deep_inside_shows_the_state_of_the_same_row() -> None:
     diagram = build_closed_loop(SCENARIO)
-    plant = diagram.GetSubsystemByName("airframe").GetSubsystemByName("plant")
+    plant = find_block(diagram, "plant")
     flight = run_flight(diagram, SCENARIO, log=[plant.GetOutputPort("state")])
     # A free body's state is its quaternion, its position, and its velocities in W.
     np.testing.assert_array_equal(flight.signals["plant.state"][:, 4:7], flight.position)
@@ -41,7 +42,7 @@ def test_a_block_deep_inside_shows_the_state_of_the_same_row() -> None:
 
 def test_a_sampled_block_shows_what_holds_from_its_update_on() -> None:
     diagram = build_closed_loop(SCENARIO)
-    mpc = diagram.GetSubsystemByName("mpc")
+    mpc = find_block(diagram, "mpc")
     ports = [mpc.GetOutputPort(name) for name in ("rotor_speed_squared", "solver_status", "predicted_state")]
     flight = run_flight(diagram, SCENARIO, log=ports)
     np.testing.assert_allclose(flight.signals["mpc.rotor_speed_squared"], flight.rotor_speed**2, rtol=1e-14)
@@ -73,7 +74,7 @@ def test_own_signals_agree_with_drakes_own_logger() -> None:
 
 def test_logging_changes_no_array() -> None:
     diagram = build_closed_loop(SCENARIO)
-    mpc = diagram.GetSubsystemByName("mpc")
+    mpc = find_block(diagram, "mpc")
     plain, kept = run_flight(diagram, SCENARIO), run_flight(diagram, SCENARIO, log=[mpc.GetOutputPort("solver_status")])
     assert plain.signals == {}
     for name in array_names():
@@ -114,7 +115,7 @@ def names_of(diagram, ports) -> list[str]:
 
 def test_a_port_of_the_diagram_goes_by_its_own_name_a_blocks_by_both() -> None:
     dut = build_closed_loop(SCENARIO)
-    airframe = dut.GetSubsystemByName("airframe")
+    airframe = find_block(dut, "airframe")
     ports = [dut.GetOutputPort("snr_db"), airframe.GetOutputPort("vehicle_state"), dut.GetOutputPort("vehicle_state")]
     assert names_of(dut, ports) == ["snr_db", "airframe.vehicle_state", "vehicle_state"]
 

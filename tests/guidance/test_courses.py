@@ -67,12 +67,12 @@ def test_a_diagram_flies_the_circle_in_a_file_alike(law: str, from_files: Scenar
 def test_a_block_reads_its_file_once_when_it_is_made(tmp_path: Path, scenario: Scenario) -> None:
     file = tmp_path / "moving.csv"
     for block, field, port in (
-        (UavPath, "path_file", "position_reference"),
-        (ShipTrajectory, "ship_track_file", "ship_position"),
+        (lambda named: UavPath(named.mission, named.mpc), "path_file", "position_reference"),
+        (lambda named: ShipTrajectory(named.mission), "ship_track_file", "ship_position"),
     ):
         z = -20.0 if field == "ship_track_file" else 1.0
         write_track(file, np.array([0.0, 10.0]), np.array([[0.0, 0.0, z], [10.0, 5.0, z]]))
-        dut = block(scenario.with_value(f"mission.{field}", str(file)).mission, scenario.mpc)
+        dut = block(scenario.with_value(f"mission.{field}", str(file)))
         write_track(file, np.array([0.0, 10.0]), np.array([[7.0, 7.0, z], [7.0, 7.0, z]]))
         context = dut.CreateDefaultContext()
         context.SetTime(2.0)

@@ -9,6 +9,11 @@ from a2s_drake import Scenario, build_wired
 from a2s_drake.common.wiring import export_outputs
 from diagrams import build_link_only
 
+EVERY_DIAGRAM_EXPORTS = (
+    *("vehicle_state", "position_reference", "attitude_reference", "ship_position"),
+    *("channel_gain", "snr_db", "spectral_efficiency", "phase_difference"),
+)
+
 
 class FunctionOfTime(LeafSystem):
     """Puts out a function of time, under a port's name of one's own."""
@@ -37,14 +42,16 @@ class Sampled(LeafSystem):
 
 
 def extended_link(scenario: Scenario, *exported: System, inside: Mapping[str, System] | None = None) -> Diagram:
-    """`link_only` with the outputs of more blocks exported, and with others inside that are not."""
+    """`link_only` with what every diagram exports, the outputs of more blocks, and blocks inside that show none."""
     builder = DiagramBuilder()
     link = builder.AddNamedSystem("link", build_link_only(scenario))
     for block in exported:
         builder.AddSystem(block)
     for name, block in (inside or {}).items():
         builder.AddNamedSystem(name, block)
-    export_outputs(builder, link, *exported)
+    for name in EVERY_DIAGRAM_EXPORTS:
+        builder.ExportOutput(link.GetOutputPort(name), name)
+    export_outputs(builder, *exported)
     return build_wired(builder, "extended")
 
 
