@@ -1,4 +1,4 @@
-"""Beyond Table I: the law `planned` against the paper's law and level on other missions, twenty of them at random."""
+"""The law `planned` against the paper's law and level on other missions than Table I, twenty of them at random."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -90,7 +90,7 @@ def flight_name(mission: str, flight: str) -> str:
     return f"{mission}, {flight}"
 
 
-def beyond_scenarios(bases: Mapping[str, Scenario], missions: Sequence[str]) -> dict[str, Scenario]:
+def mission_scenarios(bases: Mapping[str, Scenario], missions: Sequence[str]) -> dict[str, Scenario]:
     """Every flight of some missions by name, mission by mission.
 
     Args:
@@ -163,7 +163,7 @@ def _over_paper(gains: Mapping[str, float]) -> float:
 
 
 def outcome(flights: Mapping[str, Flight], mission: str) -> Outcome:
-    """A mission's numbers, from the flights of `beyond_scenarios`."""
+    """A mission's numbers, from the flights of `mission_scenarios`."""
     flown = {name: flights[flight_name(mission, name)] for name in _FLIGHTS}
     level, planned = flown["level"], flown["planned"]
     plan = planned.attitude_reference
@@ -204,7 +204,7 @@ def missions_table(names: Sequence[str]) -> str:
     return "\n".join(["| mission | Table I, but for |", "|---|---|", *rows])
 
 
-def beyond_table(outcomes: Mapping[str, Outcome]) -> str:
+def outcome_table(outcomes: Mapping[str, Outcome]) -> str:
     """One row a mission, as Markdown; the last columns say how much of each ceiling the one below it is."""
     head = [
         "mission",
@@ -240,10 +240,10 @@ def beyond_table(outcomes: Mapping[str, Outcome]) -> str:
     return "\n".join(lines)
 
 
-def beyond_report(outcomes: Mapping[str, Outcome]) -> str:
+def missions_report(outcomes: Mapping[str, Outcome]) -> str:
     """The missions, how they were flown, and what it comes to: over all of them, and over those drawn at random."""
     drawn = {name: row for name, row in outcomes.items() if name.startswith(_RANDOM)}
-    parts = [missions_table(list(outcomes)), beyond_table(outcomes), "All missions:", _summary(outcomes)]
+    parts = [missions_table(list(outcomes)), outcome_table(outcomes), "All missions:", _summary(outcomes)]
     if drawn:
         parts += ["Missions drawn at random:", _summary(drawn)]
     return "\n\n".join(parts)
