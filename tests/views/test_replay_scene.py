@@ -182,7 +182,7 @@ def test_the_sea_is_at_its_level(paused: Page) -> None:
 
 
 def test_the_rays_join_the_antennas_by_the_law_of_reflection(flight: Flight, paused: Page, row: int) -> None:
-    # The ends of each ray's drawing, which is one long before it is stretched.
+    # The ends of each ray's drawing, which is one long before it is scaled.
     ends = np.array([[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 1.0]]).T
     rays = ("direct", "down_to_sea", "up_from_sea")
     direct, down, up = ((pose(paused, f"{RAYS}/{name}/length") @ ends)[:3].T for name in rays)

@@ -11,7 +11,7 @@ from a2s_drake.common.arrays import FloatArray
 from a2s_drake.guidance.plan.certificate import Certificate, certify
 from a2s_drake.guidance.plan.polish import PlanProgram
 from a2s_drake.guidance.plan.search import Caution, rounded, search
-from a2s_drake.guidance.plan.segment import Stretch, Task
+from a2s_drake.guidance.plan.segment import Segment, Task
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.guidance.plan.sqp import EXCESS_TOLERANCE, improve
 from a2s_drake.scenario.checks import ScenarioError
@@ -91,7 +91,7 @@ class _Record:
 
     def impose(self, task: Task) -> None:
         """Starts again from level under the limits of a task."""
-        self.task, self.whole = task, Stretch(task)
+        self.task, self.whole = task, Segment(task)
         self.best = np.zeros((task.grid.controls, 3))
         self._cost = self.whole.cost(self.best)
         self.throughput = -self._cost

@@ -111,7 +111,7 @@ class Scene:
         put_vehicle(stage, VEHICLE, airframe, link)
         put_ship(stage, SHIP, link.ship_antenna_height, under_way=bool(np.any(ship[0] != ship[-1])))
         stage.meshcat.SetLine(f"{WORLD}/planned_path", path.T, 1.0, Rgba(*PLANNED, 0.7))
-        # Each ray is one long, then stretched to its length; its ends look equally wide from the eye.
+        # Each ray is one long, then scaled to its length; its ends look equally wide from the eye.
         near, far = RAY_WIDTH * size * float(np.linalg.norm(EYE)), RAY_WIDTH * span
         height = path[0, 2] - mission.sea_level
         bounce = near + (far - near) * float(np.clip(height / (height + link.ship_antenna_height), 0.0, 1.0))
@@ -163,7 +163,7 @@ class Scene:
         ):
             X_WR, length = ray_pose(start, end)
             stage.move(f"{RAYS}/{name}", X_WR)
-            stage.stretch(f"{RAYS}/{name}/length", [length, 1.0, 1.0])
+            stage.scale(f"{RAYS}/{name}/length", [length, 1.0, 1.0])
         stage.move(f"{RAYS}/specular_point", translation(bounce))
         self._gauge.show(snr_db)
         self._draw_on(time, p_WB, snr_db)
