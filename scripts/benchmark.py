@@ -30,8 +30,8 @@ def main(argv: list[str] | None = None) -> int:
         arguments = parser.parse_args(argv)
         folder = arguments.out or Path("results/benchmark")
         common.check_count(arguments.peers_every, "--peers-every")
-        peers = 0 if arguments.no_peers or not is_installed("casadi") else arguments.peers_every
-        benchmark = Benchmark(common.resolve_scenario(arguments, []), build_closed_loop, peers)
+        casadi_every = 0 if arguments.no_peers or not is_installed("casadi") else arguments.peers_every
+        benchmark = Benchmark(common.resolve_scenario(arguments, []), build_closed_loop, casadi_every)
         benchmark.check()
         if arguments.json is not None:
             common.check_file(arguments.json, "--json")
@@ -46,7 +46,7 @@ def main(argv: list[str] | None = None) -> int:
         print(f"error: {str(ended) or 'interrupted'}{samples}", file=sys.stderr)
         return 130 if isinstance(ended, FlightInterrupted | KeyboardInterrupt) else 1
     print(benchmark_text(summary))
-    if not peers and not arguments.no_peers:
+    if not casadi_every and not arguments.no_peers:
         print("\npeers need the package casadi: pip install 'a2s_drake[bench]'")
     save_figure(growth_figure(growths), folder / "growth")
     if arguments.json is not None:

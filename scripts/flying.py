@@ -116,7 +116,7 @@ def fly_quietly(scenario: Scenario, _place: int) -> Flight:
         return run_flight(build_closed_loop(scenario), scenario)
 
 
-def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> dict[str, Flight]:
+def fly_campaign(scenarios: Mapping[str, Scenario], folder: Path, jobs: int) -> dict[str, Flight]:
     """Flights by name; those flown before by the same code are taken from `folder`, and new ones kept there.
 
     Raises:
@@ -129,10 +129,10 @@ def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> di
         with warnings.catch_warnings(), worker_processes(jobs) as workers:
             show_warnings()
             store = FlightStore(folder, digest)
-            missing = {name: scenario for name, scenario in planned.items() if not store.holds(scenario)}
+            missing = {name: scenario for name, scenario in scenarios.items() if not store.holds(scenario)}
             _plan_each(missing, workers)
-            done = fly_kept(planned, fly_quietly, store, workers)
-            return dict(tqdm(done, total=len(planned), unit="flight", disable=None))
+            done = fly_kept(scenarios, fly_quietly, store, workers)
+            return dict(tqdm(done, total=len(scenarios), unit="flight", disable=None))
     except KeyboardInterrupt:
         raise CampaignEnded(f"interrupted; {kept}", 130) from None
     except FlightEnded as ended:
@@ -157,11 +157,11 @@ def _plan_each(scenarios: Mapping[str, Scenario], workers: Executor) -> None:
 
 
 def fly_study(
-    planned: Mapping[str, Scenario], out: Path, jobs: int, tell: Callable[[dict[str, Flight]], str], file: str
+    scenarios: Mapping[str, Scenario], out: Path, jobs: int, tell: Callable[[dict[str, Flight]], str], file: str
 ) -> int:
     """Flies a study, prints what `tell` makes of its flights, and writes that to a file in `out`; the exit code."""
     try:
-        flights = fly_campaign(planned, out / "flights", jobs)
+        flights = fly_campaign(scenarios, out / "flights", jobs)
     except CampaignEnded as ended:
         print(f"error: {ended}", file=sys.stderr)
         return ended.code

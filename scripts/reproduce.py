@@ -7,9 +7,9 @@ import sys
 import diagrams
 from a2s_drake.common.files import in_words
 from a2s_drake.study.paper.attribution import without_rate_bound
-from a2s_drake.study.paper.reproduction import HEADLINE, PRINTED, headline_flights, planned_flights
+from a2s_drake.study.paper.reproduction import HEADLINE, PRINTED, headline_flights, report_scenarios
 from a2s_drake.views.replay import write_replay
-from a2s_drake.views.report.publish import publish
+from a2s_drake.views.report.write import write_report
 from scripts import common, flying
 
 
@@ -29,16 +29,16 @@ def main(argv: list[str] | None = None) -> int:
         print(f"error: {error}", file=sys.stderr)
         return 2
     bases = {name: diagrams.load_scenario(name) for name in (HEADLINE, PRINTED)}
-    planned = planned_flights(bases, quick=arguments.quick)
+    scenarios = report_scenarios(bases, quick=arguments.quick)
     try:
-        flights = flying.fly_campaign(planned, out / "flights", arguments.jobs)
+        flights = flying.fly_campaign(scenarios, out / "flights", arguments.jobs)
     except flying.CampaignEnded as ended:
         print(f"error: {ended}", file=sys.stderr)
         return ended.code
     # Both bases are named scenarios: there is nothing in them that planning could refuse.
     unbounded = None if arguments.quick else flying.plan_ahead(without_rate_bound(bases[PRINTED]))
     with common.what_is_kept(f"flights done are kept in {out / 'flights'}"):
-        results = publish(bases, flights, out, unbounded)
+        results = write_report(bases, flights, out, unbounded)
     gains = results["headline"]["gain_percent"]
     print(f"three axes over level {gains['over_level']:+.2f} %, over pitch only {gains['over_pitch_only']:+.2f} %")
     if not arguments.quick:

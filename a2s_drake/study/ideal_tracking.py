@@ -1,4 +1,4 @@
-"""The ideal study: what each law would win if the vehicle were always as it should be, and what any law could."""
+"""Ideal tracking: what each law wins where the vehicle is exactly at its reference, and what any law could win."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -52,7 +52,7 @@ def without_candidate(zero: FloatArray, nearest: FloatArray) -> BoolArray:
     return np.asarray((zero != nearest).any(axis=1))
 
 
-def ideal_gain(scenario: Scenario, geometry: Geometry, eta: FloatArray) -> float:
+def held_gain(scenario: Scenario, geometry: Geometry, eta: FloatArray) -> float:
     """Gain in throughput of an attitude held exactly over level attitude held exactly, %."""
     mine, level = (
         throughput_of(geometry.position, attitude, geometry.ship, scenario.link, scenario.mpc.period)
@@ -73,7 +73,7 @@ def phase_errors(scenario: Scenario, geometry: Geometry) -> FloatArray:
     )
 
 
-def ideal_study(scenario: Scenario) -> dict[str, Any]:
+def measure_ideal_tracking(scenario: Scenario) -> dict[str, Any]:
     """Ideal tracking of every law and fallback, both ceilings, and the affine phase error.
 
     Returns:
@@ -97,12 +97,12 @@ def ideal_study(scenario: Scenario) -> dict[str, Any]:
             geometry.position, level, geometry.ship, link, scenario.mpc.period
         ),
         "gain_percent": {
-            name: {fallback: ideal_gain(scenario, geometry, references[name, fallback]) for fallback in FALLBACKS}
+            name: {fallback: held_gain(scenario, geometry, references[name, fallback]) for fallback in FALLBACKS}
             for name in ("three_axis", "pitch_only")
         },
         "ceiling_percent": {
-            "box": ideal_gain(scenario, geometry, box),
-            "hoverable": ideal_gain(scenario, geometry, hover),
+            "box": held_gain(scenario, geometry, box),
+            "hoverable": held_gain(scenario, geometry, hover),
         },
         "empty_share": {
             name: float(without_candidate(references[name, "zero"], references[name, "nearest"]).mean())

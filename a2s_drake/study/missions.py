@@ -11,7 +11,7 @@ from a2s_drake.flight.log import Flight
 from a2s_drake.flight.metrics import bounds, gain_percent, position_error, solver_summary, throughput
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.study.ceiling import best_hoverable_attitude, throughput_of
-from a2s_drake.study.ideal_tracking import Geometry, ideal_gain
+from a2s_drake.study.ideal_tracking import Geometry, held_gain
 from a2s_drake.study.paper.readings import SECOND_AIRFRAME, under_law
 
 # The scenarios that are varied: the first one's weights fly level and the paper's law, the second one's fly the plan.
@@ -172,7 +172,7 @@ def outcome(flights: Mapping[str, Flight], mission: str) -> Outcome:
         level_throughput=throughput(level),
         flown_gain={name: gain_percent(flown[name], level) for name in _FLIGHTS[1:]},
         path_gain={name: 100.0 * (on_path[name] / on_path["level"] - 1.0) for name in _FLIGHTS[1:]},
-        plan_gain=ideal_gain(planned.scenario, Geometry.of_flight(planned), plan),
+        plan_gain=held_gain(planned.scenario, Geometry.of_flight(planned), plan),
         hover_gain=_hover_gain(planned),
         plan_share=throughput(planned) / _held(planned, plan),
         position_error=float(position_error(planned).max()),
@@ -194,7 +194,7 @@ def _hover_gain(flight: Flight) -> float:
     best = best_hoverable_attitude(
         geometry.position, geometry.ship, scenario.link, scenario.mpc.attitude_limit, scenario.airframe
     )
-    return ideal_gain(scenario, geometry, best)
+    return held_gain(scenario, geometry, best)
 
 
 def missions_table(names: Sequence[str]) -> str:

@@ -232,10 +232,10 @@ def test_a_study_tells_of_an_early_end_on_a_full_disk(tmp_path: Path, capsys, mo
 @pytest.mark.usefixtures("reproducing")
 @pytest.mark.parametrize("size", [2000, 25_000])
 def test_reproduce_on_a_full_disk(size: int, tmp_path: Path, capsys, monkeypatch) -> None:
-    def publish(_bases: object, _flights: object, folder: Path, _unbounded: object) -> None:
+    def write_report(_bases: object, _flights: object, folder: Path, _unbounded: object) -> None:
         save_figure(Figure(figsize=(9.0, 9.0)), folder / "figures" / "outage")
 
-    monkeypatch.setattr(reproduce, "publish", publish)
+    monkeypatch.setattr(reproduce, "write_report", write_report)
     with full_disk(size):
         code, error, _ = end_of(reproduce.main, ["--quick", "--out", str(tmp_path)], capsys)
     assert code == 1

@@ -3,13 +3,13 @@ import pytest
 from pydrake.math import RollPitchYaw
 
 from a2s_drake import Scenario
-from a2s_drake.study.ideal_tracking import Geometry, ideal_study, phase_errors
+from a2s_drake.study.ideal_tracking import Geometry, measure_ideal_tracking, phase_errors
 from a2s_drake.study.paper.errata import errata
 
 
 @pytest.fixture(scope="module")
 def study() -> dict:
-    return ideal_study(Scenario())
+    return measure_ideal_tracking(Scenario())
 
 
 def test_ideal_tracking_of_table_i(study: dict) -> None:
@@ -57,7 +57,7 @@ def test_candidate_box_that_is_never_empty_is_just_wide_enough(figures: list[dic
     for label, law in (("box needed for three axes", "three_axis"), ("for pitch only", "pitch_only")):
         for factor, empty in ((1.001, False), (0.999, True)):
             scenario = Scenario().with_value("attitude_law.candidate_limit_deg", factor * figures[2][label])
-            assert (ideal_study(scenario)["empty_share"][law] > 0.0) == empty
+            assert (measure_ideal_tracking(scenario)["empty_share"][law] > 0.0) == empty
 
 
 def law_by_hand(fallback: str) -> float:

@@ -7,7 +7,7 @@ from a2s_drake import Flight, Scenario
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.parts import PAPER_LAWS
 from a2s_drake.study.paper.readings import all_readings, under_law
-from a2s_drake.study.paper.reproduction import HEADLINE, PRINTED, collect_results, planned_flights
+from a2s_drake.study.paper.reproduction import HEADLINE, PRINTED, collect_results, report_scenarios
 from diagrams import load_scenario
 from tests.support.flights import SAMPLES, made_up_flight
 
@@ -20,10 +20,10 @@ def bases() -> dict[str, Scenario]:
     return {name: load_scenario(name) for name in (HEADLINE, PRINTED)}
 
 
-def made_up(planned: dict[str, Scenario]) -> dict[str, Flight]:
+def made_up(scenarios: dict[str, Scenario]) -> dict[str, Flight]:
     """Flights whose throughput hangs on the law, and by a hundredth on the drag sign."""
     flights = {}
-    for name, scenario in planned.items():
+    for name, scenario in scenarios.items():
         rate = RATES[scenario.attitude_law.name] * (1.0 + 0.01 * (scenario.airframe.drag_sign == 1))
         if scenario.attitude_law.name == "level":
             rate = RATES["level"]
@@ -32,7 +32,7 @@ def made_up(planned: dict[str, Scenario]) -> dict[str, Flight]:
     return flights
 
 
-def test_every_reading_of_the_issue_is_there() -> None:
+def test_every_open_reading_is_there() -> None:
     answers: dict[str, list[str]] = {}
     for reading in all_readings():
         answers.setdefault(reading.question, []).append(reading.answer)
@@ -63,11 +63,11 @@ def test_level_flights_do_not_hang_on_the_law(bases: dict[str, Scenario]) -> Non
 
 
 def test_quick_flies_the_headline_alone(bases: dict[str, Scenario]) -> None:
-    planned = planned_flights(bases, quick=True)
-    assert [scenario.attitude_law.name for scenario in planned.values()] == list(PAPER_LAWS)
-    assert all(scenario.link.speed_of_light == 3e8 for scenario in planned.values())
-    everything = planned_flights(bases)
-    assert set(planned) < set(everything)
+    scenarios = report_scenarios(bases, quick=True)
+    assert [scenario.attitude_law.name for scenario in scenarios.values()] == list(PAPER_LAWS)
+    assert all(scenario.link.speed_of_light == 3e8 for scenario in scenarios.values())
+    everything = report_scenarios(bases)
+    assert set(scenarios) < set(everything)
     distinct = {scenario.to_yaml() for scenario in everything.values()}
     assert 45 <= len(distinct) <= 55
     assert [name for name, scenario in everything.items() if scenario.attitude_law.name == "planned"] == [
@@ -77,8 +77,8 @@ def test_quick_flies_the_headline_alone(bases: dict[str, Scenario]) -> None:
 
 
 def test_results_say_how_far_each_reading_moves_the_headline(bases: dict[str, Scenario]) -> None:
-    planned = planned_flights(bases)
-    results = collect_results(bases, made_up(planned), UNBOUNDED)
+    scenarios = report_scenarios(bases)
+    results = collect_results(bases, made_up(scenarios), UNBOUNDED)
     gains = {"over_level": 50.0, "over_pitch_only": 20.0, "pitch_only_over_level": 25.0}
     assert results["headline"]["gain_percent"] == pytest.approx(gains)
     assert results["paper_gain_percent"] == {"over_level": 22.2, "over_pitch_only": 11.4}
@@ -97,7 +97,7 @@ def test_results_say_how_far_each_reading_moves_the_headline(bases: dict[str, Sc
 
 
 def test_the_planned_law_has_its_own_part(bases: dict[str, Scenario]) -> None:
-    results = collect_results(bases, made_up(planned_flights(bases)), UNBOUNDED)
+    results = collect_results(bases, made_up(report_scenarios(bases)), UNBOUNDED)
     gains = results["beyond"]["gain_percent"]
     assert gains == pytest.approx(
         {
@@ -118,7 +118,7 @@ def test_the_planned_law_has_its_own_part(bases: dict[str, Scenario]) -> None:
 
 
 def test_claims_in_words_get_figures(bases: dict[str, Scenario]) -> None:
-    flights = made_up(planned_flights(bases, quick=True))
+    flights = made_up(report_scenarios(bases, quick=True))
     for name, snr in (("three_axis", [1, -1, 1, -1, 5]), ("pitch_only", [-1, -1, 1, 1, 1]), ("level", [9, 9, 9, 9, 9])):
         key = f"{HEADLINE} / {name}"
         flights[key] = dataclasses.replace(flights[key], snr_db=np.array(snr, dtype=float))
@@ -128,7 +128,7 @@ def test_claims_in_words_get_figures(bases: dict[str, Scenario]) -> None:
 
 
 def test_results_hold_no_reading_of_the_clock(bases: dict[str, Scenario]) -> None:
-    flights = made_up(planned_flights(bases, quick=True))
+    flights = made_up(report_scenarios(bases, quick=True))
     timeless = {name: dataclasses.replace(flight, wall_clock=None) for name, flight in flights.items()}
     results = collect_results(bases, flights)
     assert results == collect_results(bases, timeless)

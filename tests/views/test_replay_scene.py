@@ -35,8 +35,8 @@ SEA_LEVEL, OFFSET, MAST = -12.0, np.array([0.39, 0.2, 0.3]), np.array([0.0, 0.0,
 def flight() -> Flight:
     """A whole mission held exactly, with rotors that turn at a made-up speed."""
     scenario = load_scenario("paper").with_overrides(ASKEW).validate()
-    ideal = run_flight(build_link_only(scenario), scenario)
-    return dataclasses.replace(ideal, rotor_speed=np.full((len(ideal.time), 6), 60.0))
+    held = run_flight(build_link_only(scenario), scenario)
+    return dataclasses.replace(held, rotor_speed=np.full((len(held.time), 6), 60.0))
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from a2s_drake.flight.metrics import compute_metrics, fades, gain_percent, outag
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.parts import LAW_NAMES, PAPER_LAWS
 from a2s_drake.scenario.scenario import Scenario
-from a2s_drake.study.ideal_tracking import Geometry, ideal_gain, ideal_study
+from a2s_drake.study.ideal_tracking import Geometry, held_gain, measure_ideal_tracking
 from a2s_drake.study.paper.attribution import attribution
 from a2s_drake.study.paper.comparison import PAPER_GAINS
 from a2s_drake.study.paper.errata import errata
@@ -27,7 +27,7 @@ def flight_name(base: str, law: str, question: str = "", answer: str = "") -> st
     return " / ".join(filter(None, (base, question, answer, law)))
 
 
-def planned_flights(bases: Mapping[str, Scenario], *, quick: bool = False) -> dict[str, Scenario]:
+def report_scenarios(bases: Mapping[str, Scenario], *, quick: bool = False) -> dict[str, Scenario]:
     """Every flight of the report by name, validated; with `quick` those alone that the headline of the paper needs.
 
     Args:
@@ -91,7 +91,7 @@ def ceiling_rows(
     """Each way to choose the attitude in one scenario, from the ceiling down, with its share of the ceiling.
 
     Args:
-      ideal: the scenario's `ideal_study`.
+      ideal: the scenario's `measure_ideal_tracking`.
       by_law: its flights; without them the rows of closed loops are absent.
     """
     fallback = scenario.attitude_law.fallback
@@ -102,7 +102,7 @@ def ceiling_rows(
         rows += [(f"ideally tracked, {name}", "other", law, gain) for name, gain in gains.items() if name != fallback]
     if by_law is not None and "planned" in by_law:
         plan = by_law["planned"]
-        held = ideal_gain(scenario, Geometry.of_flight(plan), plan.attitude_reference)
+        held = held_gain(scenario, Geometry.of_flight(plan), plan.attitude_reference)
         rows.append(("ideally tracked", "ideal", "planned", held))
         rows.append(("flown", "flown", "planned", gain_percent(plan, by_law["level"])))
     if by_law is not None:
@@ -159,7 +159,7 @@ def collect_results(
     """
     by_law = headline_flights(flights)
     metrics = {law: compute_metrics(flight) for law, flight in by_law.items()}
-    ideal = {base: ideal_study(scenario) for base, scenario in bases.items()}
+    ideal = {base: measure_ideal_tracking(scenario) for base, scenario in bases.items()}
     flown = {HEADLINE: by_law}
     if unbounded is not None:
         flown[PRINTED] = printed_flights(flights)

@@ -7,7 +7,7 @@ from typing import Any
 
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.study.paper.reproduction import PRINTED
-from a2s_drake.study.paper.table_1 import table_one
+from a2s_drake.study.paper.table_1 import table_1_rows
 from a2s_drake.views.report import sections
 from a2s_drake.views.report.html import PAGE, figures, table
 
@@ -25,7 +25,7 @@ def report_html(
     folder: Path,
     base: Scenario,
     paper_figures: Sequence[str],
-    beyond_figures: Sequence[str],
+    planned_figures: Sequence[str],
 ) -> str:
     """The page.
 
@@ -34,7 +34,7 @@ def report_html(
       captions: of all figures by name, in order; their SVGs lie in `folder`.
       base: the headline scenario.
       paper_figures: which figures belong to the paper.
-      beyond_figures: which belong to the law `planned`; the others go with the sections they illustrate.
+      planned_figures: which belong to the law `planned`; the others go with the sections they illustrate.
     """
     gains, paper = results["headline"]["gain_percent"], results["paper_gain_percent"]
     ideal, printed = results["ideal"][results["headline"]["scenario"]], results["ideal"][PRINTED]
@@ -64,19 +64,19 @@ def report_html(
         "<h2>Paper against here</h2>",
         sections.against(results),
         sections.claims(results),
-        table("Table I as used", ["", "paper", "here"], table_one(base)),
+        table("Table I as used", ["", "paper", "here"], table_1_rows(base)),
         "<h2>The figures, redrawn</h2>",
         figures(captions, folder, paper_figures),
     ]
     if not quick:
         parts += [
-            *sections.beyond(results, figures(captions, folder, beyond_figures)),
+            *sections.planned_law(results, figures(captions, folder, planned_figures)),
             "<h2>What it hangs on</h2>",
             "<p>Each reading, one change at a time, from the headline's readings and from Table I "
             "as printed. Every line is three flights in closed loop.</p>",
             *(f"<p>{escape(sentence)}</p>" for sentence in sections.spreads(results)),
             figures(captions, folder, ["readings"]),
-            sections.hangs_on(results),
+            sections.reading_table(results),
         ]
     parts += [
         "<h2>Against the best possible</h2>",

@@ -58,7 +58,7 @@ def against(results: Mapping[str, Any]) -> str:
     )
 
 
-def beyond(results: Mapping[str, Any], figures: str) -> list[str]:
+def planned_law(results: Mapping[str, Any], figures: str) -> list[str]:
     """The section on the law `planned`."""
     beyond = results["beyond"]
     gains = beyond["gain_percent"]
@@ -91,7 +91,7 @@ def beyond(results: Mapping[str, Any], figures: str) -> list[str]:
     ]
 
 
-def hangs_on(results: Mapping[str, Any]) -> str:
+def reading_table(results: Mapping[str, Any]) -> str:
     """What each reading makes of the headline."""
     rows, bold = [], []
     home = {row["base"]: row for row in results["readings"] if row["is_base"]}
