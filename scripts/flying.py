@@ -30,7 +30,7 @@ from a2s_drake.guidance.plan.cache import (
 from a2s_drake.guidance.plan.plan import Progress
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.study.pool import fly_each, worker_processes
-from a2s_drake.study.store import FlightStore, code_digest, fly_kept
+from a2s_drake.study.store import FlightStore, code_digest, load_or_fly
 from a2s_drake.views.replay import write_replay
 from diagrams import build_closed_loop
 from scripts.common import UsageError, show_warnings, what_is_kept
@@ -131,7 +131,7 @@ def fly_campaign(scenarios: Mapping[str, Scenario], folder: Path, jobs: int) -> 
             store = FlightStore(folder, digest)
             missing = {name: scenario for name, scenario in scenarios.items() if not store.holds(scenario)}
             _plan_each(missing, workers)
-            done = fly_kept(scenarios, fly_quietly, store, workers)
+            done = load_or_fly(scenarios, fly_quietly, store, workers)
             return dict(tqdm(done, total=len(scenarios), unit="flight", disable=None))
     except KeyboardInterrupt:
         raise CampaignEnded(f"interrupted; {kept}", 130) from None

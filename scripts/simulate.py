@@ -33,7 +33,7 @@ def main(argv: list[str] | None = None) -> int:
     write = partial(flying.write_results, folder=folder, plan=plan, csv=arguments.csv, replay=arguments.replay)
     code = fly_and_write(partial(flying.fly, scenario, observer=view and view.show, plan=plan), write, folder)
     if view and code != 130:
-        common.keep_serving()
+        common.serve_until_enter()
     return code
 
 

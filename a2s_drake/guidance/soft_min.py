@@ -108,7 +108,7 @@ def attitude_reference(position: Array, ship: Array, link: Link, law: AttitudeLa
       ValueError: for the law `planned`, which follows from time alone; see `a2s_drake.guidance.plan.plan`.
     """
     if law.name == "planned":
-        raise ValueError("attitude_law.name = 'planned': a plan hangs on time; see a2s_drake.guidance.plan.plan")
+        raise ValueError("attitude_law.name = 'planned': a plan depends on time; see a2s_drake.guidance.plan.plan")
     shape = np.broadcast_shapes(position.shape, ship.shape)
     if law.name == "level":
         return np.zeros(shape)
@@ -196,7 +196,7 @@ def AttitudeReference_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a tem
             self._construct(other._link, other._law, other._attitude_limit, other._horizon, converter=converter)
 
         def _calc_attitude_reference(self, context: Any, output: Any) -> None:
-            # Who reads the reference has mostly read the preview, which then stands in the cache.
+            # The preview is usually evaluated already; reuse its cache entry.
             output.SetFromVector(self._attitude_preview.Eval(context)[:3])
 
         def _calc_attitude_preview(self, context: Any, output: Any) -> None:

@@ -15,12 +15,12 @@ from a2s_drake.flight.metrics import write_metrics
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.study.pool import fly_each
 
-# Rooms that look at flights or decide which to fly; no number in a flight hangs on them.
-_LOOKS_ON = {"study", "views", "benchmark", "__init__.py"}
+# Rooms that look at flights or decide which to fly; no number in a flight depends on them.
+_NO_PART_OF_A_FLIGHT = {"study", "views", "benchmark", "__init__.py"}
 
 
 def code_digest(*packages: Path) -> str:
-    """A digest of the Python sources below some folders, but for those that only look on.
+    """A digest of the Python sources below some folders, but for those that change no number of a flight.
 
     A flight belongs to the code that flew it: with other code it is flown again.
     """
@@ -28,13 +28,13 @@ def code_digest(*packages: Path) -> str:
     for package in packages:
         for source in sorted(package.rglob("*.py")):
             name = source.relative_to(package)
-            if name.parts[0] not in _LOOKS_ON:
+            if name.parts[0] not in _NO_PART_OF_A_FLIGHT:
                 digest.update(name.as_posix().encode() + b"\0" + source.read_bytes() + b"\0")
     return digest.hexdigest()
 
 
 class FlightStore:
-    """A folder of flights, each in a folder of its own named by all it hangs on: scenario, code and libraries."""
+    """A folder of flights, each in a folder of its own named by all it depends on: scenario, code and libraries."""
 
     def __init__(self, folder: Path, code: str) -> None:
         """A store in a folder, which is made where it is missing, for flights of the code with some digest."""
@@ -67,8 +67,8 @@ class FlightStore:
             return None
         return flight
 
-    def keep(self, flight: Flight) -> None:
-        """Keeps a flight; an interrupt leaves each file old or new, never half written."""
+    def save(self, flight: Flight) -> None:
+        """Saves a flight; an interrupt leaves each file old or new, never half written."""
         place = self.place(flight.scenario)
         flight.save(place)
         write_metrics(flight, place)
@@ -85,13 +85,13 @@ def _check(flight: Flight, scenario: Scenario, place: Path) -> None:
             raise ValueError(f"{place / 'flight.npz'}: {name} is not {samples} finite rows")
 
 
-def fly_kept(
+def load_or_fly(
     scenarios: Mapping[str, Scenario],
     fly: Callable[[Scenario, int], Flight],
     store: FlightStore,
     executor: Executor,
 ) -> Iterator[tuple[str, Flight]]:
-    """Flights by name: first those kept, then, as they are done and kept, the others. See `campaign.fly_each`.
+    """Flights by name: first those kept, then, as they are done and kept, the others. See `pool.fly_each`.
 
     Equal scenarios under several names are flown once.
     """
@@ -107,6 +107,6 @@ def fly_kept(
         for name in names[place]:
             yield name, kept
     for first, flight in fly_each(missing, fly, executor):
-        store.keep(flight)
+        store.save(flight)
         for name in names[store.place(scenarios[first])]:
             yield name, flight

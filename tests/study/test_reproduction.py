@@ -21,7 +21,7 @@ def bases() -> dict[str, Scenario]:
 
 
 def made_up(scenarios: dict[str, Scenario]) -> dict[str, Flight]:
-    """Flights whose throughput hangs on the law, and by a hundredth on the drag sign."""
+    """Flights whose throughput depends on the law, and by a hundredth on the drag sign."""
     flights = {}
     for name, scenario in scenarios.items():
         rate = RATES[scenario.attitude_law.name] * (1.0 + 0.01 * (scenario.airframe.drag_sign == 1))
@@ -56,7 +56,7 @@ def test_second_airframe_is_the_named_scenario(bases: dict[str, Scenario]) -> No
     assert tilted.applied(bases[PRINTED]) == load_scenario("tilt35")
 
 
-def test_level_flights_do_not_hang_on_the_law(bases: dict[str, Scenario]) -> None:
+def test_level_flights_do_not_depend_on_the_law(bases: dict[str, Scenario]) -> None:
     readings = [reading for reading in all_readings() if reading.question in ("fallback", "candidate limit")]
     level = [under_law(reading.applied(bases[PRINTED]), "level") for reading in readings]
     assert all(scenario == level[0] for scenario in level)

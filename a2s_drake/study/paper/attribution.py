@@ -1,6 +1,6 @@
 """Attribution: from the best attitude there is down to what is flown, one effect at a time, and what each costs.
 
-An effect's cost hangs on what has taken effect before it; the order here is the one in which a law is made and flown.
+An effect's cost depends on which effects come before it. The order here is that in which a law is made and flown.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What the headline hangs on: how far each reading of the paper moves it."""
+"""Sensitivity: how far each reading of the paper moves the headline."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -71,7 +71,7 @@ def report_html(
     if not quick:
         parts += [
             *sections.planned_law(results, figures(captions, folder, planned_figures)),
-            "<h2>What it hangs on</h2>",
+            "<h2>What it depends on</h2>",
             "<p>Each reading, one change at a time, from the headline's readings and from Table I "
             "as printed. Every line is three flights in closed loop.</p>",
             *(f"<p>{escape(sentence)}</p>" for sentence in sections.spreads(results)),
