@@ -45,7 +45,7 @@ def rng() -> np.random.Generator:
 
 @pytest.fixture(scope="session")
 def reference_geometry() -> tuple[np.ndarray, np.ndarray]:
-    """Planned UAV and ship positions of Table I at its 2001 samples."""
+    """Where UAV and ship are meant to be in the mission of Table I at its 2001 samples."""
     scenario = load_scenario("paper")
     times = scenario.sample_times()
     return uav_position(times, scenario.mission), ship_position(times, scenario.mission)

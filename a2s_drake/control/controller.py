@@ -41,7 +41,7 @@ class MpcController(LeafSystem):
     ```
 
     - `vehicle_state` (12): [p (m, W), eta (rad), v (m/s, W), omega (rad/s, B)].
-    - `position_preview` (3(N+1)): planned position now, now + T_s, ..., m, W, row by row.
+    - `position_preview` (3(N+1)): reference position now, now + T_s, ..., m, W, row by row.
     - `attitude_preview` (3(N+1)): reference roll, pitch, yaw at the same instants, rad.
     - `rotor_speed_squared` (6): Omega^2 of each rotor, Hz^2, always within the rotor bounds.
     - `predicted_state` (12(N+1)): the plan's states, row by row.
@@ -50,9 +50,9 @@ class MpcController(LeafSystem):
     With `feedforward` it has three inputs more, and its cost weighs differences from these where it otherwise weighs
     the quantities themselves, as the paper does:
 
-    - `velocity_preview` (3(N+1)): planned velocity at the same instants, m/s, W.
-    - `angular_velocity_preview` (3(N+1)): planned angular velocity, rad/s, B.
-    - `rotor_speed_squared_preview` (6N): planned Omega^2 over each period, Hz^2.
+    - `velocity_preview` (3(N+1)): reference velocity at the same instants, m/s, W.
+    - `angular_velocity_preview` (3(N+1)): reference angular velocity, rad/s, B.
+    - `rotor_speed_squared_preview` (6N): reference Omega^2 over each period, Hz^2.
 
     Sampled: it decides when simulation begins and then every `mpc.period`; the outputs hold in between. The state of
     the context holds the plan, so one block serves many contexts.

@@ -23,7 +23,7 @@ from a2s_drake.world.ship import ship_position
 
 @dataclass(frozen=True)
 class Geometry:
-    """The planned mission sampled at t_k: time (n,), UAV and ship positions (n, 3), m, W."""
+    """The mission sampled at t_k: time (n,), where UAV and ship are meant to be (n, 3), m, W."""
 
     time: FloatArray
     position: FloatArray
@@ -31,13 +31,13 @@ class Geometry:
 
     @classmethod
     def of(cls, scenario: Scenario) -> "Geometry":
-        """The planned geometry of a scenario over its flight."""
+        """The geometry of a scenario over its flight."""
         time = scenario.sample_times()
         return cls(time, uav_position(time, scenario.mission), ship_position(time, scenario.mission))
 
     @classmethod
     def of_flight(cls, flight: Flight) -> "Geometry":
-        """The planned geometry that a flight has logged."""
+        """The geometry that a flight has logged: its reference path, not where it flew."""
         return cls(flight.time, flight.position_reference, flight.ship_position)
 
 

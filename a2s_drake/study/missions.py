@@ -123,7 +123,7 @@ class Outcome:
     Attributes:
       level_throughput: of the level flight, bit/Hz.
       flown_gain: of the paper's law under `nearest` and `zero`, and of `planned`.
-      path_gain: the same with the attitudes as flown, but every position as planned: what is won by attitude alone.
+      path_gain: the same with the attitudes as flown, but every position on the reference path: won by attitude alone.
       plan_gain: of the plan held exactly, a certified local optimum with margins: the dynamic ceiling, as far as known.
       hover_gain: of the best statically hoverable attitude at every instant: the static ceiling.
       plan_share: throughput of `planned` over that of its plan held exactly.
@@ -149,7 +149,7 @@ class Outcome:
 
     @property
     def over_paper_on_path(self) -> float:
-        """The same on the planned path: the paper's law, softly tracked, wins or loses by leaving it."""
+        """The same on the reference path: the paper's law, softly tracked, wins or loses by leaving it."""
         return _over_paper(self.path_gain)
 
     @property
@@ -182,7 +182,7 @@ def outcome(flights: Mapping[str, Flight], mission: str) -> Outcome:
 
 
 def _held(flight: Flight, eta: FloatArray) -> float:
-    """Throughput of an attitude (n, 3) held exactly on a flight's planned path, bit/Hz."""
+    """Throughput of an attitude (n, 3) held exactly on a flight's reference path, bit/Hz."""
     scenario = flight.scenario
     return throughput_of(flight.position_reference, eta, flight.ship_position, scenario.link, scenario.mpc.period)
 

@@ -195,7 +195,7 @@ def evaluate(dut: AttitudeReference, position: np.ndarray, ship: np.ndarray, por
     return dut.GetOutputPort(port).Eval(context)
 
 
-def test_block_on_the_planned_path_is_the_offline_reference(reference_geometry) -> None:
+def test_block_on_the_reference_path_is_the_offline_reference(reference_geometry) -> None:
     position, ship = (rows[700:731] for rows in reference_geometry)
     dut = AttitudeReference(Link(), AttitudeLaw(), BOX, 30)
     expected = attitude_reference(position, ship, Link(), AttitudeLaw(), BOX)

@@ -110,7 +110,7 @@ def test_outcome_of_made_up_flights() -> None:
     assert row.hover_gain > 0.0
 
 
-def test_on_the_planned_path_attitude_alone_counts() -> None:
+def test_on_the_reference_path_attitude_alone_counts() -> None:
     flights = made_up_mission("table_1", {"level": 2.0, "nearest": 2.2, "zero": 2.1, "planned": 3.0})
     eta = np.full((SAMPLES, 3), 0.1)
     flights["table_1, planned"] = made_up_flight("planned", attitude=eta, position=np.ones((SAMPLES, 3)))

@@ -235,8 +235,8 @@ def test_the_path_so_far_is_the_path_flown(flight: Flight, paused: Page) -> None
     np.testing.assert_allclose(np.linalg.norm(rings - ends[:, :, np.newaxis], axis=-1), 0.01, atol=1e-5)
 
 
-def test_the_planned_path_is_the_circle_of_the_mission(paused: Page) -> None:
-    line = vertices(paused, f"{WORLD}/planned_path")
+def test_the_reference_path_is_the_circle_of_the_mission(paused: Page) -> None:
+    line = vertices(paused, f"{WORLD}/reference_path")
     from_centre = line - np.array([3.0 - 2.65, -2.0, 5.0])
     np.testing.assert_allclose(np.linalg.norm(from_centre[:, :2], axis=1), 2.65, atol=1e-5)
     np.testing.assert_allclose(from_centre[:, 2], 0.0, atol=1e-5)

@@ -48,7 +48,7 @@ class GaugeScale:
 
 
 def gauge_scale(scenario: Scenario) -> GaugeScale:
-    """The scale that holds every SNR on the planned paths, whatever the attitude and the phase between the rays.
+    """The scale that holds every SNR on the reference paths, whatever the attitude and the phase between the rays.
 
     The antenna is somewhere within |r_a| of the centre of mass, so its distance from the ship's antenna and its height
     over the sea are the centre's to within |r_a|; the scale holds them all, from both rays in antiphase to both in
