@@ -11,12 +11,12 @@ from scipy.sparse import csc_matrix, triu, vstack
 
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.packages import require
+from a2s_drake.common.signals import ANGULAR_VELOCITY, ATTITUDE, NUM_INPUTS, NUM_STATES, VELOCITY
 from a2s_drake.control.horizon import Plan, Reference, state_weights
 from a2s_drake.control.program import INPUT_SCALE, input_bounds, state_bounds
 from a2s_drake.scenario.parts import GRAVITY, Airframe, Mpc
 from a2s_drake.solvers.quadratic_form import QuadraticForm
 from a2s_drake.vehicle.airframe import wrench_map
-from a2s_drake.vehicle.rigid_body import ATTITUDE, NUM_INPUTS, NUM_STATES, RATE, VELOCITY
 
 _STAGE = NUM_STATES + NUM_INPUTS
 
@@ -231,7 +231,7 @@ def _rk4_step(casadi: Any, airframe: Airframe, period: float) -> Any:
 
 def _slope(casadi: Any, airframe: Airframe, x: Any, u: Any) -> Any:
     """dx/dt: Newton in W, Euler in B, and the ZYX Euler angles' kinematics."""
-    eta, velocity, omega = x[ATTITUDE], x[VELOCITY], x[RATE]
+    eta, velocity, omega = x[ATTITUDE], x[VELOCITY], x[ANGULAR_VELOCITY]
     (sr, sp, sy), (cr, cp, cy) = (casadi.vertsplit(wave(eta)) for wave in (casadi.sin, casadi.cos))
     R_x = _matrix(casadi, [[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
     R_y = _matrix(casadi, [[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])

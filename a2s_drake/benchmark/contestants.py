@@ -11,12 +11,13 @@ from a2s_drake.benchmark.casadi import CasadiNlp, CasadiQp
 from a2s_drake.benchmark.plain import PlainOsqp
 from a2s_drake.benchmark.record import TrackingProblem
 from a2s_drake.common.arrays import FloatArray
+from a2s_drake.common.signals import NUM_INPUTS
 from a2s_drake.control.horizon import Plan
 from a2s_drake.control.program import LinearizedProgram
 from a2s_drake.control.solve import QP_SOLVERS, QpAnswer, QpSolver, RealTimeIteration
 from a2s_drake.scenario.parts import Airframe, Mpc
 from a2s_drake.solvers.quadratic_form import QuadraticForm
-from a2s_drake.vehicle.rigid_body import NUM_INPUTS, RigidBodyModel
+from a2s_drake.vehicle.rigid_body import RigidBodyModel
 
 
 @dataclass(frozen=True)

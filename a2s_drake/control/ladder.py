@@ -4,19 +4,19 @@ import traceback
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import IntEnum
 from pathlib import Path
 
 import numpy as np
 
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.rotations import rotation_matrix
+from a2s_drake.common.signals import ATTITUDE, NUM_STATES, POSITION, Fallback, State, by_part
 from a2s_drake.control.horizon import Plan, Reference, hold, tracking_cost
 from a2s_drake.control.program import input_bounds, state_bounds
 from a2s_drake.control.solve import Solution, TrackingSolver, make_solver, solve_to_convergence
 from a2s_drake.scenario.parts import Airframe, Mpc
 from a2s_drake.vehicle.airframe import hover_input
-from a2s_drake.vehicle.rigid_body import ATTITUDE, NUM_STATES, POSITION, RigidBodyModel
+from a2s_drake.vehicle.rigid_body import RigidBodyModel
 
 # States beyond this many times their bounds reach no solver. No plan could help there, and the dynamics overflow over
 # the horizon, which solvers answer with anything from an error message to a crash.
@@ -41,15 +41,6 @@ _OFF_SINGULARITY = 0.05
 
 # The frames between a warning and the line that called `Planner.decide`.
 _CALLER_OF_DECIDE = 6
-
-
-class Fallback(IntEnum):
-    """Where an input came from: the problem as posed, or one of the stand-ins in the order they are tried."""
-
-    NONE = 0  # the problem as posed was solved
-    SOFTENED = 1  # the same problem with the state bounds as penalties, if need be around a fresh guess
-    SHIFTED_PLAN = 2  # the previous plan, one period on
-    HOVER = 3  # the rotor speeds that carry the level vehicle at rest
 
 
 @dataclass(frozen=True)
@@ -84,7 +75,7 @@ class Planner:
         self._solvable = _SOLVABLE_SHARE * np.abs(state_bounds(mpc)).max(axis=0)
         farthest = _REACH * mpc.velocity_limit * mpc.horizon * mpc.period
         rates = (_REACH * mpc.velocity_limit, _REACH * mpc.angular_velocity_limit)
-        self._reach = np.repeat([farthest, np.pi, *rates], 3)
+        self._reach = by_part(farthest, np.pi, *rates)
         self._hover = hover_input(airframe)
         self._warned: set[tuple[str, str, int | None]] = set()  # It affects warnings alone.
 
@@ -139,7 +130,8 @@ class Planner:
         self, x0: FloatArray, reference: Reference, guess: Plan | None
     ) -> Iterator[tuple[Fallback, Solution]]:
         """Ways to solve the problem, best first; who has found one that works asks for no more."""
-        centre = np.where(np.arange(NUM_STATES) < 3, x0, 0.0)  # Only positions are as good here as there.
+        centre = np.zeros(NUM_STATES)
+        centre[POSITION] = x0[POSITION]  # A position is as good as another; attitude and rates should be small.
         target = reference.within(centre, self._reach, self._input_bounds[1])
         if guess is not None and np.abs(x0[ATTITUDE] - guess.state[0, ATTITUDE]).max() > 1.0:
             guess = None  # It tells of the same attitudes by other Euler angles.
@@ -181,7 +173,7 @@ class Planner:
 
 def _near(x0: FloatArray, expected: FloatArray, limits: FloatArray) -> bool:
     """Whether a state (12,) is within limits (m, rad of rotation, m/s, rad/s) of the expected one."""
-    position, angle, velocity, rate = np.abs(x0 - expected).reshape(4, 3).max(axis=-1)
+    position, angle, velocity, rate = (part.max() for part in State(np.abs(x0 - expected)).parts)
     if 2.0 * angle > limits[1]:  # Rarely. Euler angles may jump where nothing does, so rotations are compared.
         R_XM = rotation_matrix(expected[ATTITUDE]).T @ rotation_matrix(x0[ATTITUDE])
         angle = np.arccos(np.clip(0.5 * (np.trace(R_XM) - 1.0), -1.0, 1.0))

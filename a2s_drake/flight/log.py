@@ -10,7 +10,7 @@ import numpy as np
 
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.files import DamagedFileError, read_table, write_arrays, written_whole
-from a2s_drake.control.ladder import Fallback as Fallback
+from a2s_drake.common.signals import Fallback as Fallback
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.scenario.yaml_reader import read_text
 
@@ -63,7 +63,7 @@ class Flight:
       phase_difference: dPhi, unwrapped, rad, shape (n,).
       solver_success: 1 where the problem as posed was solved, else 0, dimensionless, shape (n,).
       solver_iterations: of the solver, over all attempts, dimensionless, shape (n,).
-      solver_fallback: see `a2s_drake.control.ladder.Fallback`, dimensionless, shape (n,).
+      solver_fallback: see `a2s_drake.common.signals.Fallback`, dimensionless, shape (n,).
       wall_clock: how long this run took; never saved, so None for a flight loaded from disk.
     """
 

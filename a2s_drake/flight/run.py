@@ -9,7 +9,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, Diagram
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.control.controller import SolverStatus
+from a2s_drake.common.signals import SolverStatus
 from a2s_drake.flight.divergence import DivergenceMonitor
 from a2s_drake.flight.log import Flight, FlightEnded, FlightInterrupted, Sample, WallClock, array_columns
 from a2s_drake.scenario.scenario import Scenario

@@ -12,6 +12,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 
 from a2s_drake.common.arrays import Array
 from a2s_drake.common.rotations import rotation_matrix
+from a2s_drake.common.signals import NUM_STATES, State
 from a2s_drake.scenario.parts import Link
 
 
@@ -118,7 +119,7 @@ def TwoRayChannel_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a templat
         def _construct(self, link: Link, converter: Any = None) -> None:
             LeafSystem_[T].__init__(self, converter=converter)
             self._link = link
-            self._vehicle_state = self.DeclareVectorInputPort("vehicle_state", 12)
+            self._vehicle_state = self.DeclareVectorInputPort("vehicle_state", NUM_STATES)
             self._ship_position = self.DeclareVectorInputPort("ship_position", 3)
             inputs = {self._vehicle_state.ticket(), self._ship_position.ticket()}
             self._channel_gain = self.DeclareVectorOutputPort("channel_gain", 1, self._calc_channel_gain, inputs)
@@ -130,8 +131,8 @@ def TwoRayChannel_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a templat
             self._construct(other._link, converter=converter)
 
         def _path_lengths(self, context: Any) -> tuple[Array, Array]:
-            state = self._vehicle_state.Eval(context)
-            antenna = antenna_position(state[0:3], state[3:6], self._link)
+            state = State(self._vehicle_state.Eval(context))
+            antenna = antenna_position(state.position, state.attitude, self._link)
             return path_lengths(antenna, self._ship_position.Eval(context), self._link)
 
         def _calc_channel_gain(self, context: Any, output: Any) -> None:

@@ -12,13 +12,11 @@ from numpy.typing import NDArray
 
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.rotations import rotation_matrix, skew
+from a2s_drake.common.signals import ANGULAR_VELOCITY, ATTITUDE, NUM_INPUTS, NUM_STATES, POSITION, VELOCITY, State
 from a2s_drake.scenario.parts import GRAVITY, Airframe
 from a2s_drake.vehicle.airframe import wrench_map
 
-NUM_STATES = 12
-NUM_INPUTS = 6
-POSITION, ATTITUDE, VELOCITY, RATE = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
-_TURNED = [3, 4, 5, 9, 10, 11]  # Attitude and rates.
+_TURNED = np.r_[ATTITUDE, ANGULAR_VELOCITY]
 _FIRST, _SECOND = [1, 2, 0], [2, 0, 1]  # The two other axes of x, y and z, in cyclic order.
 _IDENTITY = np.eye(3)
 
@@ -30,9 +28,10 @@ def _step_sparsity() -> NDArray[np.bool_]:
     """Which entries of a Runge-Kutta step's derivative by [x, u] can differ from zero, shape (12, 18)."""
     by_state = np.zeros((NUM_STATES, NUM_STATES), dtype=bool)
     by_state[POSITION, VELOCITY] = np.eye(3)
-    by_state[ATTITUDE, ATTITUDE] = by_state[ATTITUDE, RATE] = by_state[VELOCITY, ATTITUDE] = by_state[RATE, RATE] = True
+    by_state[ATTITUDE, ATTITUDE] = by_state[VELOCITY, ATTITUDE] = True
+    by_state[ATTITUDE, ANGULAR_VELOCITY] = by_state[ANGULAR_VELOCITY, ANGULAR_VELOCITY] = True
     by_input = np.zeros((NUM_STATES, NUM_INPUTS), dtype=bool)
-    by_input[VELOCITY] = by_input[RATE] = True
+    by_input[VELOCITY] = by_input[ANGULAR_VELOCITY] = True
     # Four stages hand influence on up to four times.
     reach = np.linalg.matrix_power(np.eye(NUM_STATES) + by_state, len(_RK4_STAGES)) > 0.0
     return np.hstack([reach, reach @ by_input])
@@ -76,12 +75,11 @@ class RigidBodyModel:
     def derivative(self, x: FloatArray, u: FloatArray) -> FloatArray:
         """Time derivative of the state, shape (..., 12), for x (..., 12) and u (..., 6)."""
         thrust_B, turn_B = self.accelerations(u)
-        xdot = np.empty_like(x)
-        xdot[..., POSITION] = x[..., VELOCITY]
-        xdot[..., ATTITUDE], xdot[..., RATE] = self._turning(x[..., ATTITUDE], x[..., RATE], turn_B)
-        xdot[..., VELOCITY] = _apply(rotation_matrix(x[..., ATTITUDE]), thrust_B)
-        xdot[..., 8] -= GRAVITY
-        return xdot
+        state = State(x)
+        acceleration = _apply(rotation_matrix(state.attitude), thrust_B)
+        acceleration[..., 2] -= GRAVITY
+        attitude_rate, angular_acceleration = self._turning(state.attitude, state.angular_velocity, turn_B)
+        return State.of(state.velocity, attitude_rate, acceleration, angular_acceleration).array
 
     def _turning(self, eta: FloatArray, omega: FloatArray, turn_B: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Time derivatives of attitude and angular velocity, each (..., 3)."""
@@ -91,16 +89,17 @@ class RigidBodyModel:
 
     def jacobians(self, x: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Derivatives of `derivative`: by the state, shape (..., 12, 12), and by the input, shape (..., 12, 6)."""
-        turning, falling, R_WB = self._jacobian_blocks(x[..., ATTITUDE], x[..., RATE], self.accelerations(u)[0])
+        state = State(x)
+        turning, falling, R_WB = self._jacobian_blocks(state.attitude, state.angular_velocity, self.accelerations(u)[0])
         by_state = np.zeros((*x.shape[:-1], NUM_STATES, NUM_STATES))
         by_state[..., POSITION, VELOCITY] = np.eye(3)
         by_state[..., ATTITUDE, ATTITUDE] = turning[..., :3, :3]
-        by_state[..., ATTITUDE, RATE] = turning[..., :3, 3:]
+        by_state[..., ATTITUDE, ANGULAR_VELOCITY] = turning[..., :3, 3:]
         by_state[..., VELOCITY, ATTITUDE] = falling
-        by_state[..., RATE, RATE] = turning[..., 3:, 3:]
+        by_state[..., ANGULAR_VELOCITY, ANGULAR_VELOCITY] = turning[..., 3:, 3:]
         by_input = np.zeros((*x.shape[:-1], NUM_STATES, NUM_INPUTS))
         by_input[..., VELOCITY, :] = R_WB @ self._accelerations_by_input[:3]
-        by_input[..., RATE, :] = self._accelerations_by_input[3:]
+        by_input[..., ANGULAR_VELOCITY, :] = self._accelerations_by_input[3:]
         return by_state, by_input
 
     def _jacobian_blocks(
@@ -162,7 +161,7 @@ class RigidBodyModel:
         following[..., _TURNED] += period / 6.0 * turned_by
         acceleration[..., 2] -= GRAVITY
         fallen, moved = _stage_sums(acceleration, period)
-        following[..., POSITION] += period * x[..., VELOCITY] + moved
+        following[..., POSITION] += period * State(x).velocity + moved
         following[..., VELOCITY] += fallen
 
         by_turned = np.zeros((*x.shape[:-1], NUM_STATES, 9))
