@@ -3,7 +3,7 @@
 import numpy as np
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.common.rotations import rotation_matrix
+from a2s_drake.common.rotations import rotation_matrix, world_euler_axes
 from a2s_drake.link.two_ray import ship_antenna_and_image
 from a2s_drake.scenario.parts import Link
 
@@ -12,11 +12,7 @@ def antenna_derivatives(eta: FloatArray, link: Link) -> tuple[FloatArray, FloatA
     """The antenna's offset R(eta) r_a, m, W, shape (n, 3), and its derivatives, (n, 3 angles, 3) and (n, 3, 3, 3)."""
     R_WB = rotation_matrix(eta)
     offset = R_WB @ np.asarray(link.antenna_offset)
-    # World axes about which roll, pitch and yaw turn. Yaw turns the pitch axis and both turn the roll axis.
-    axes = np.zeros((len(eta), 3, 3))
-    axes[:, 0] = R_WB[:, :, 0]
-    axes[:, 1, 0], axes[:, 1, 1] = -np.sin(eta[:, 2]), np.cos(eta[:, 2])
-    axes[:, 2, 2] = 1.0
+    axes = np.swapaxes(world_euler_axes(eta, R_WB), -1, -2)
     first = np.cross(axes, offset[:, np.newaxis])
     second = np.empty((len(eta), 3, 3, 3))
     for i in range(3):

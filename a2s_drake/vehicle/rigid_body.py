@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.common.rotations import rotation_matrix, skew
+from a2s_drake.common.rotations import (
+    apply,
+    euler_axes,
+    inverse_euler_axes,
+    inverse_euler_axes_slope,
+    rotation_matrix,
+    skew,
+)
 from a2s_drake.common.signals import ANGULAR_VELOCITY, ATTITUDE, NUM_INPUTS, NUM_STATES, POSITION, VELOCITY, State
 from a2s_drake.scenario.parts import GRAVITY, Airframe
 from a2s_drake.vehicle.airframe import wrench_map
@@ -76,7 +83,7 @@ class RigidBodyModel:
         """Time derivative of the state, shape (..., 12), for x (..., 12) and u (..., 6)."""
         thrust_B, turn_B = self.accelerations(u)
         state = State(x)
-        acceleration = _apply(rotation_matrix(state.attitude), thrust_B)
+        acceleration = apply(rotation_matrix(state.attitude), thrust_B)
         acceleration[..., 2] -= GRAVITY
         attitude_rate, angular_acceleration = self._turning(state.attitude, state.angular_velocity, turn_B)
         return State.of(state.velocity, attitude_rate, acceleration, angular_acceleration).array
@@ -85,7 +92,7 @@ class RigidBodyModel:
         """Time derivatives of attitude and angular velocity, each (..., 3)."""
         # For principal moments omega x (J omega) is (J_z - J_y) omega_y omega_z, and so on in turn.
         gyroscopic = self._gyroscopic_factors * (omega[..., _FIRST] * omega[..., _SECOND])
-        return _apply(_euler_rates(eta), omega), turn_B - gyroscopic
+        return apply(inverse_euler_axes(eta), omega), turn_B - gyroscopic
 
     def jacobians(self, x: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Derivatives of `derivative`: by the state, shape (..., 12, 12), and by the input, shape (..., 12, 6)."""
@@ -112,11 +119,11 @@ class RigidBodyModel:
         """
         R_WB = rotation_matrix(eta)
         turning = np.zeros((*eta.shape[:-1], 6, 6))
-        turning[..., :3, :3] = _euler_rate_slope(eta, omega)
-        turning[..., :3, 3:] = _euler_rates(eta)
+        turning[..., :3, :3] = inverse_euler_axes_slope(eta, omega)
+        turning[..., :3, 3:] = inverse_euler_axes(eta)
         turning[..., 3:, 3:] = (skew(self.inertia * omega) - skew(omega) * self.inertia) / self.inertia[:, np.newaxis]
         # d(R f)/d eta_i = R (e_i x f), e_i the body axis about which eta_i turns.
-        falling = -R_WB @ (skew(thrust_B) @ _euler_axes(eta))
+        falling = -R_WB @ (skew(thrust_B) @ euler_axes(eta))
         return turning, falling, R_WB
 
     def step(self, x: FloatArray, u: FloatArray, period: float) -> FloatArray:
@@ -144,7 +151,7 @@ class RigidBodyModel:
             turned_by += weight * turning_rate
         stage = np.stack(stages)
         turning, falling, R_WB = self._jacobian_blocks(stage[..., :3], stage[..., 3:], thrust_B)
-        acceleration = _apply(R_WB, thrust_B)
+        acceleration = apply(R_WB, thrust_B)
 
         # Derivatives by [eta, omega, turn_B]: of each stage, of its slope, and of the step.
         reached = np.zeros((*turning.shape[:-1], 9))
@@ -186,49 +193,8 @@ class RigidBodyModel:
         return np.stack(states)
 
 
-def _apply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
-    """Matrix times vector, over leading axes."""
-    return (matrix @ vector[..., np.newaxis])[..., 0]
-
-
 def _stage_sums(slopes: FloatArray, period: float) -> tuple[FloatArray, FloatArray]:
     """What the four stages' accelerations (4, ...) add to the velocity and, by way of it, to the position."""
     first, second, third, fourth = slopes
     inner = second + third
     return period / 6.0 * (first + 2.0 * inner + fourth), period**2 / 6.0 * (first + inner)
-
-
-def _euler_rates(eta: FloatArray) -> FloatArray:
-    """The matrix from body angular velocity to d(eta)/dt, shape (..., 3, 3); singular at pitch +-90 deg."""
-    sr, cr = np.sin(eta[..., 0]), np.cos(eta[..., 0])
-    cp, tp = np.cos(eta[..., 1]), np.tan(eta[..., 1])
-    matrix = np.zeros((*eta.shape, 3))
-    matrix[..., 0, 0] = 1.0
-    matrix[..., 0, 1], matrix[..., 0, 2] = sr * tp, cr * tp
-    matrix[..., 1, 1], matrix[..., 1, 2] = cr, -sr
-    matrix[..., 2, 1], matrix[..., 2, 2] = sr / cp, cr / cp
-    return matrix
-
-
-def _euler_rate_slope(eta: FloatArray, omega: FloatArray) -> FloatArray:
-    """Derivative of `_euler_rates(eta) omega` by eta, shape (..., 3, 3); the yaw column is zero."""
-    sr, cr = np.sin(eta[..., 0]), np.cos(eta[..., 0])
-    cp, tp = np.cos(eta[..., 1]), np.tan(eta[..., 1])
-    along = sr * omega[..., 1] + cr * omega[..., 2]
-    across = cr * omega[..., 1] - sr * omega[..., 2]
-    slope = np.zeros((*eta.shape, 3))
-    slope[..., 0, 0], slope[..., 0, 1] = across * tp, along / cp**2
-    slope[..., 1, 0] = -along
-    slope[..., 2, 0], slope[..., 2, 1] = across / cp, along * tp / cp
-    return slope
-
-
-def _euler_axes(eta: FloatArray) -> FloatArray:
-    """The body axes about which roll, pitch and yaw turn, as columns; the inverse of `_euler_rates`."""
-    sr, cr = np.sin(eta[..., 0]), np.cos(eta[..., 0])
-    sp, cp = np.sin(eta[..., 1]), np.cos(eta[..., 1])
-    axes = np.zeros((*eta.shape, 3))
-    axes[..., 0, 0], axes[..., 0, 2] = 1.0, -sp
-    axes[..., 1, 1], axes[..., 1, 2] = cr, sr * cp
-    axes[..., 2, 1], axes[..., 2, 2] = -sr, cr * cp
-    return axes
