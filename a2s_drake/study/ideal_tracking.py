@@ -9,6 +9,7 @@ from a2s_drake.common.arrays import BoolArray, FloatArray
 from a2s_drake.flight.log import Flight
 from a2s_drake.guidance.path import uav_position
 from a2s_drake.guidance.soft_min import affine_phase, attitude_reference
+from a2s_drake.link.throughput import gain_percent
 from a2s_drake.scenario.parts import FALLBACKS
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.study.ceiling import (
@@ -58,7 +59,7 @@ def held_gain(scenario: Scenario, geometry: Geometry, eta: FloatArray) -> float:
         throughput_of(geometry.position, attitude, geometry.ship, scenario.link, scenario.mpc.period)
         for attitude in (eta, np.zeros_like(eta))
     )
-    return 100.0 * (mine / level - 1.0)
+    return gain_percent(mine, level)
 
 
 def phase_errors(scenario: Scenario, geometry: Geometry) -> FloatArray:

@@ -9,6 +9,7 @@ from a2s_drake.common.arrays import FloatArray
 from a2s_drake.flight import feasible
 from a2s_drake.flight.log import Flight
 from a2s_drake.flight.metrics import bounds, gain_percent, position_error, solver_summary, throughput
+from a2s_drake.link.throughput import gain_percent as throughput_gain
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.study.ceiling import best_hoverable_attitude, throughput_of
 from a2s_drake.study.ideal_tracking import Geometry, held_gain
@@ -159,7 +160,7 @@ class Outcome:
 
 
 def _over_paper(gains: Mapping[str, float]) -> float:
-    return 100.0 * ((100.0 + gains["planned"]) / (100.0 + max(gains["nearest"], gains["zero"])) - 1.0)
+    return throughput_gain(100.0 + gains["planned"], 100.0 + max(gains["nearest"], gains["zero"]))
 
 
 def outcome(flights: Mapping[str, Flight], mission: str) -> Outcome:
@@ -171,7 +172,7 @@ def outcome(flights: Mapping[str, Flight], mission: str) -> Outcome:
     return Outcome(
         level_throughput=throughput(level),
         flown_gain={name: gain_percent(flown[name], level) for name in _FLIGHTS[1:]},
-        path_gain={name: 100.0 * (on_path[name] / on_path["level"] - 1.0) for name in _FLIGHTS[1:]},
+        path_gain={name: throughput_gain(on_path[name], on_path["level"]) for name in _FLIGHTS[1:]},
         plan_gain=held_gain(planned.scenario, Geometry.of_flight(planned), plan),
         hover_gain=_hover_gain(planned),
         plan_share=throughput(planned) / _held(planned, plan),

@@ -14,6 +14,7 @@ from a2s_drake.guidance.plan.search import Caution, rounded, search
 from a2s_drake.guidance.plan.segment import Segment, Task
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.guidance.plan.sqp import EXCESS_TOLERANCE, improve
+from a2s_drake.link.throughput import gain_percent
 from a2s_drake.scenario.checks import ScenarioError
 from a2s_drake.scenario.scenario import Scenario
 
@@ -63,8 +64,8 @@ class PlannedAttitude:
 
     @property
     def gain_percent(self) -> float:
-        """Gain in throughput over level attitude, tracking ideal, %."""
-        return 100.0 * (self.throughput / self.level_throughput - 1.0)
+        """Gain in throughput over level attitude, both held exactly, %."""
+        return gain_percent(self.throughput, self.level_throughput)
 
     def eta(self, time: FloatArray) -> FloatArray:
         """Roll, pitch, yaw, rad; shape (...) to (..., 3)."""

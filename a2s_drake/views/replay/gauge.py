@@ -7,7 +7,7 @@ from pydrake.math import RigidTransform
 
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.guidance.path import uav_position
-from a2s_drake.link.two_ray import path_lengths
+from a2s_drake.link.two_ray import path_lengths, unit_gain
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.views.replay.shapes import Mesh, prism, strokes, text
 from a2s_drake.views.replay.stage import Color, Stage, translation
@@ -66,7 +66,7 @@ def gauge_scale(scenario: Scenario) -> GaugeScale:
     # falls and the difference grows: both are at their extremes where the antenna is lowest.
     lowest_height = np.maximum(position[:, 2] - ship[:, 2] - reach, 0.0)
     gamma, lift = link.reflection_magnitude, 4.0 * link.ship_antenna_height * lowest_height
-    unit = link.transmit_to_noise * (link.wavelength / (4.0 * np.pi)) ** 2
+    unit = link.transmit_to_noise * unit_gain(link)
     highest = 10.0 * np.log10(unit * np.max(1.0 / near + gamma / np.sqrt(near**2 + lift)) ** 2)
     lowest = 10.0 * np.log10(max(unit * np.min(1.0 / far - gamma / np.sqrt(far**2 + lift)) ** 2, 1e-300))
     low = TICK_DB * np.floor(max(lowest, highest - DEEPEST_FADE_DB) / TICK_DB)
