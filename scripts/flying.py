@@ -1,6 +1,5 @@
 """Flying for the scripts: plans, one flight or many, and what is written of them."""
 
-import sys
 import warnings
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
@@ -12,7 +11,7 @@ from tqdm import tqdm
 
 import a2s_drake
 import diagrams
-from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, ScenarioError, compute_metrics, run_flight
+from a2s_drake import Flight, FlightEnded, Scenario, ScenarioError, compute_metrics, run_flight
 from a2s_drake.common.files import held, in_words, written_whole
 from a2s_drake.common.interrupts import interrupts_put_off
 from a2s_drake.flight.log import Sample
@@ -34,17 +33,14 @@ from a2s_drake.study.store import FlightStore, code_digest, load_or_fly
 from a2s_drake.views.replay import write_replay
 from diagrams import build_closed_loop
 from scripts.common import UsageError, show_warnings, what_is_kept
+from scripts.failure import fail, reason
 
 # The file of a flight's folder that holds its plan.
 PLAN = "plan.npz"
 
 
 class CampaignEnded(Exception):
-    """A campaign that ended early: its one line, and the script's exit code."""
-
-    def __init__(self, message: str, code: int) -> None:
-        super().__init__(message)
-        self.code = code
+    """A campaign that ended early. Its text is one line; its cause is what ended it."""
 
 
 def plan_ahead(
@@ -133,15 +129,11 @@ def fly_campaign(scenarios: Mapping[str, Scenario], folder: Path, jobs: int) -> 
             _plan_each(missing, workers)
             done = load_or_fly(scenarios, fly_quietly, store, workers)
             return dict(tqdm(done, total=len(scenarios), unit="flight", disable=None))
-    except KeyboardInterrupt:
-        raise CampaignEnded(f"interrupted; {kept}", 130) from None
     except FlightEnded as ended:
-        code = 130 if isinstance(ended, FlightInterrupted) else 1
-        raise CampaignEnded(f"{ended}; {keep_samples(ended, folder / 'ended')}; {kept}", code) from ended
-    except (OSError, BrokenProcessPool) as failure:
-        raise CampaignEnded(f"{in_words(failure)}; {kept}", 1) from failure
-    except ScenarioError as refused:  # by the planner, which asks more of a scenario than its validation can
-        raise CampaignEnded(f"{refused}; {kept}", 2) from refused
+        raise CampaignEnded(f"{ended}; {keep_samples(ended, folder / 'ended')}; {kept}") from ended
+    # The planner asks more of a scenario than its validation can, and then raises ScenarioError.
+    except (KeyboardInterrupt, OSError, BrokenProcessPool, ScenarioError) as error:
+        raise CampaignEnded(f"{reason(error)}; {kept}") from error
 
 
 def _plan_each(scenarios: Mapping[str, Scenario], workers: Executor) -> None:
@@ -163,8 +155,7 @@ def fly_study(
     try:
         flights = fly_campaign(scenarios, out / "flights", jobs)
     except CampaignEnded as ended:
-        print(f"error: {ended}", file=sys.stderr)
-        return ended.code
+        return fail(ended)
     report = tell(flights)
     print(report)
     with what_is_kept(f"the flights are in {out / 'flights'}"), written_whole(out / file) as part:

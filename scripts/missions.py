@@ -2,12 +2,12 @@
 
 if __name__ == "__main__":
     import scripts.startup  # first, as the imports below take long
-import sys
 
 import diagrams
 from a2s_drake import Flight, ScenarioError
 from a2s_drake.study.missions import PAPER, PLANNED, mission_scenarios, missions_report, other_missions, outcome
 from scripts import common, flying
+from scripts.failure import fail
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -31,8 +31,7 @@ def main(argv: list[str] | None = None) -> int:
         scenarios = mission_scenarios(bases, missions)
         out = common.make_study_folder(arguments.out, "results/missions")
     except (common.UsageError, ScenarioError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
+        return fail(error)
 
     def tell(flights: dict[str, Flight]) -> str:
         return missions_report({name: outcome(flights, name) for name in missions})
