@@ -36,12 +36,12 @@ def main(argv: list[str] | None = None) -> int:
     unbounded = None if arguments.quick else flying.plan_ahead(without_rate_bound(bases[PRINTED]))
     with common.what_is_kept(f"flights done are kept in {out / 'flights'}"):
         results = write_report(bases, flights, out, unbounded)
-    gains = results["headline"]["gain_percent"]
-    print(f"three axes over level {gains['over_level']:+.2f} %, over pitch only {gains['over_pitch_only']:+.2f} %")
-    if not arguments.quick:
-        gains = results["beyond"]["gain_percent"]
-        print(f"Table I as printed: three axes over level {gains['three_axis_over_level']:+.2f} %, ", end="")
-        print(f"planned {gains['planned_over_level']:+.2f} %")
+    gains = results.headline.gain_percent
+    print(f"three axes over level {gains.over_level:+.2f} %, over pitch only {gains.over_pitch_only:+.2f} %")
+    if results.planned is not None:
+        gains = results.planned.gain_percent
+        print(f"Table I as printed: three axes over level {gains.three_axis_over_level:+.2f} %, ", end="")
+        print(f"planned {gains.planned_over_level:+.2f} %")
     (out / "replay.html").unlink(missing_ok=True)
     if arguments.replay:
         try:

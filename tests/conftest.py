@@ -1,5 +1,4 @@
 import contextlib
-import copy
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -9,7 +8,7 @@ import pytest
 
 from a2s_drake import Flight, Scenario, run_flight
 from a2s_drake.guidance.path import uav_position
-from a2s_drake.study.ideal_tracking import measure_ideal_tracking
+from a2s_drake.study.ideal_tracking import IdealTracking, measure_ideal_tracking
 from a2s_drake.world.ship import ship_position
 from diagrams import build_closed_loop, load_scenario
 from tests.support.browser import browser, open_page
@@ -69,13 +68,13 @@ def fly() -> Callable[..., Flight]:
 @pytest.fixture(scope="session", autouse=True)
 def _ideal_tracking_is_measured_once() -> Iterator[None]:
     """Many tests write a report. Its study of ideal tracking depends on the scenario alone and takes seconds."""
-    made: dict[str, dict[str, Any]] = {}
+    made: dict[str, IdealTracking] = {}
 
-    def study(scenario: Scenario) -> dict[str, Any]:
+    def study(scenario: Scenario) -> IdealTracking:
         key = scenario.to_yaml()
         if key not in made:
             made[key] = measure_ideal_tracking(scenario)
-        return copy.deepcopy(made[key])
+        return made[key]
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("a2s_drake.study.paper.reproduction.measure_ideal_tracking", study)

@@ -1,13 +1,13 @@
 """The pictures: every figure of the report, by file name, with its caption."""
 
 from collections.abc import Mapping
-from typing import Any
 
 from matplotlib.figure import Figure
 
 from a2s_drake.flight.log import Flight
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.study.ideal_tracking import Geometry, phase_errors
+from a2s_drake.study.paper.results import PlannedLaw, Results
 from a2s_drake.views import figures
 
 # File name: figure, caption.
@@ -52,7 +52,7 @@ def paper_pictures(flights: Mapping[str, Flight]) -> Pictures:
     }
 
 
-def planned_pictures(results: Mapping[str, Any], flights: Mapping[str, Flight]) -> Pictures:
+def planned_pictures(planned_law: PlannedLaw, flights: Mapping[str, Flight]) -> Pictures:
     """The law `planned` beside the paper's, from the report's numbers and the flights of Table I as printed, by law."""
     planned, compared = flights["planned"], {law: flights[law] for law in ("three_axis", "planned", "level")}
     return {
@@ -74,23 +74,23 @@ def planned_pictures(results: Mapping[str, Any], flights: Mapping[str, Flight]) 
             "The six rotor speeds under the plan and their bounds, which it uses to the full.",
         ),
         "attribution": (
-            figures.attribution_figure(results["beyond"]["attribution"]),
+            figures.attribution_figure(planned_law.attribution),
             "From the best attitude in the box down to what is flown: the gain over level that is left after each "
             "effect, and (hatched) what the effect costs.",
         ),
     }
 
 
-def study_pictures(results: Mapping[str, Any], printed: Scenario) -> Pictures:
+def study_pictures(results: Results, printed: Scenario) -> Pictures:
     """The figures of what the paper leaves open, from the report's numbers and the scenario of Table I as printed."""
     pictures: Pictures = {}
-    if "readings" in results:
+    if results.readings is not None:
         pictures["readings"] = (
-            figures.readings_figure(results["readings"], results["paper_gain_percent"]),
+            figures.readings_figure(results.readings, results.paper_gain_percent),
             "How far each reading moves the headline, one at a time, from either base. All flown in closed loop.",
         )
     pictures["ceiling"] = (
-        figures.ceiling_figure(results["ceilings"]),
+        figures.ceiling_figure(results.ceilings),
         "Gain over level, and in brackets its share of the best in the box of the same scenario: ceilings (hatched), "
         "ideal tracking (dotted) and closed loop (solid).",
     )

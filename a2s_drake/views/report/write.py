@@ -3,13 +3,13 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from a2s_drake.common.files import written_whole
 from a2s_drake.flight.log import Flight
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.study.paper.reproduction import HEADLINE, PRINTED, collect_results, headline_flights, printed_flights
+from a2s_drake.study.paper.results import Results
 from a2s_drake.views.figures import save_figure
 from a2s_drake.views.report import report_html
 from a2s_drake.views.report.pictures import paper_pictures, planned_pictures, study_pictures
@@ -20,7 +20,7 @@ def write_report(
     flights: Mapping[str, Flight],
     folder: Path,
     unbounded: AttitudeSpline | None = None,
-) -> dict[str, Any]:
+) -> Results:
     """Writes report.html, results.json and figures/*.png and *.svg into a folder; returns the results.
 
     Args:
@@ -30,7 +30,7 @@ def write_report(
     """
     results = collect_results(bases, flights, unbounded)
     paper = paper_pictures(headline_flights(flights))
-    planned = planned_pictures(results, printed_flights(flights)) if "beyond" in results else {}
+    planned = planned_pictures(results.planned, printed_flights(flights)) if results.planned is not None else {}
     pictures = paper | planned | study_pictures(results, bases[PRINTED])
     figures = folder / "figures"
     figures.mkdir(parents=True, exist_ok=True)
@@ -38,7 +38,7 @@ def write_report(
         save_figure(figure, figures / name)
     captions = {name: caption for name, (_, caption) in pictures.items()}
     page = report_html(results, captions, figures, bases[HEADLINE], list(paper), list(planned))
-    for name, text in (("results.json", json.dumps(results, indent=2) + "\n"), ("report.html", page)):
+    for name, text in (("results.json", json.dumps(results.as_json(), indent=2) + "\n"), ("report.html", page)):
         with written_whole(folder / name) as part:
             part.write_text(text, encoding="utf-8")
     return results
