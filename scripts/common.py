@@ -268,7 +268,7 @@ def open_live_view(scenario: Scenario) -> Scene:
     return scene
 
 
-def keep_serving() -> None:
+def serve_until_enter() -> None:
     """Waits for Enter or Ctrl-C where a person sits at the terminal, so that a live view stays open."""
     if sys.stdin is not None and sys.stdin.isatty():
         print("the live view stays open until you press Enter", flush=True)

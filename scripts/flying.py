@@ -1,6 +1,5 @@
 """Flying for the scripts: plans, one flight or many, and what is written of them."""
 
-import sys
 import warnings
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
@@ -12,7 +11,7 @@ from tqdm import tqdm
 
 import a2s_drake
 import diagrams
-from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, ScenarioError, compute_metrics, run_flight
+from a2s_drake import Flight, FlightEnded, Scenario, ScenarioError, compute_metrics, run_flight
 from a2s_drake.common.files import in_words, what_is_kept, written_whole
 from a2s_drake.flight.folder import PLAN
 from a2s_drake.flight.folder import write_results as write_folder
@@ -30,18 +29,15 @@ from a2s_drake.guidance.plan.cache import (
 from a2s_drake.guidance.plan.plan import Progress
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.study.pool import fly_each, worker_processes
-from a2s_drake.study.store import FlightStore, code_digest, fly_kept
+from a2s_drake.study.store import FlightStore, code_digest, load_or_fly
 from a2s_drake.views.replay import write_replay
 from diagrams import build_closed_loop
 from scripts.common import UsageError, show_warnings
+from scripts.failure import fail, reason
 
 
 class CampaignEnded(Exception):
-    """A campaign that ended early: its one line, and the script's exit code."""
-
-    def __init__(self, message: str, code: int) -> None:
-        super().__init__(message)
-        self.code = code
+    """A campaign that ended early. Its text is one line; its cause is what ended it."""
 
 
 def plan_ahead(
@@ -112,7 +108,7 @@ def fly_quietly(scenario: Scenario, _place: int) -> Flight:
         return run_flight(build_closed_loop(scenario, plan=plan_for_law(scenario)), scenario)
 
 
-def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> dict[str, Flight]:
+def fly_campaign(scenarios: Mapping[str, Scenario], folder: Path, jobs: int) -> dict[str, Flight]:
     """Flights by name; those flown before by the same code are taken from `folder`, and new ones kept there.
 
     Raises:
@@ -125,19 +121,15 @@ def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> di
         with warnings.catch_warnings(), worker_processes(jobs) as workers:
             show_warnings()
             store = FlightStore(folder, digest)
-            missing = {name: scenario for name, scenario in planned.items() if not store.holds(scenario)}
+            missing = {name: scenario for name, scenario in scenarios.items() if not store.holds(scenario)}
             _plan_each(missing, workers)
-            done = fly_kept(planned, fly_quietly, store, workers)
-            return dict(tqdm(done, total=len(planned), unit="flight", disable=None))
-    except KeyboardInterrupt:
-        raise CampaignEnded(f"interrupted; {kept}", 130) from None
+            done = load_or_fly(scenarios, fly_quietly, store, workers)
+            return dict(tqdm(done, total=len(scenarios), unit="flight", disable=None))
     except FlightEnded as ended:
-        code = 130 if isinstance(ended, FlightInterrupted) else 1
-        raise CampaignEnded(f"{ended}; {keep_samples(ended, folder / 'ended')}; {kept}", code) from ended
-    except (OSError, BrokenProcessPool) as failure:
-        raise CampaignEnded(f"{in_words(failure)}; {kept}", 1) from failure
-    except ScenarioError as refused:  # by the planner, which asks more of a scenario than its validation can
-        raise CampaignEnded(f"{refused}; {kept}", 2) from refused
+        raise CampaignEnded(f"{ended}; {keep_samples(ended, folder / 'ended')}; {kept}") from ended
+    # The planner asks more of a scenario than its validation can, and then raises ScenarioError.
+    except (KeyboardInterrupt, OSError, BrokenProcessPool, ScenarioError) as error:
+        raise CampaignEnded(f"{reason(error)}; {kept}") from error
 
 
 def _plan_each(scenarios: Mapping[str, Scenario], workers: Executor) -> None:
@@ -155,14 +147,13 @@ def _plan_each(scenarios: Mapping[str, Scenario], workers: Executor) -> None:
 
 
 def fly_study(
-    planned: Mapping[str, Scenario], out: Path, jobs: int, tell: Callable[[dict[str, Flight]], str], file: str
+    scenarios: Mapping[str, Scenario], out: Path, jobs: int, tell: Callable[[dict[str, Flight]], str], file: str
 ) -> int:
     """Flies a study, prints what `tell` makes of its flights, and writes that to a file in `out`; the exit code."""
     try:
-        flights = fly_campaign(planned, out / "flights", jobs)
+        flights = fly_campaign(scenarios, out / "flights", jobs)
     except CampaignEnded as ended:
-        print(f"error: {ended}", file=sys.stderr)
-        return ended.code
+        return fail(ended)
     report = tell(flights)
     print(report)
     with what_is_kept(f"the flights are in {out / 'flights'}"), written_whole(out / file) as part:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from a2s_drake.benchmark.accuracy import exact_inputs
-from a2s_drake.benchmark.casadi import CONIC_PEERS
+from a2s_drake.benchmark.casadi import CASADI_QP_SOLVERS
 from a2s_drake.benchmark.contestants import Conic, Contestant, Own, Plain, Whole
 from a2s_drake.benchmark.growth import Growth, growth_scenarios, measure_growth
 from a2s_drake.benchmark.record import TrackingProblem, record
@@ -32,11 +32,11 @@ class Benchmark:
 
     Attributes:
       scenario: validated.
-      peers_every: peers solve every how many-th problem, slow ones fewer; 0 for no peers.
+      casadi_every: CasADi's solvers solve every how many-th problem, slow ones fewer; 0 leaves them out.
     """
 
     scenario: Scenario
-    peers_every: int
+    casadi_every: int
 
     def check(self) -> None:
         """Raises ScenarioError when the scenario cannot be benchmarked."""
@@ -61,11 +61,11 @@ class Benchmark:
         exact = exact_inputs(problems, airframe, mpc, progress("solving exactly", len(problems)))
         contestants: dict[str, Contestant[TrackingProblem]] = {"own": Own(airframe, mpc), "plain": Plain(airframe, mpc)}
         places: dict[str, NDArray[np.intp]] = {}
-        if self.peers_every:
-            peers = _peers(airframe, mpc)
-            contestants |= peers
-            places = {name: spread(len(problems), self.peers_every, len(problems)) for name in peers}
-            places["ipopt"] = spread(len(problems), self.peers_every, _MOST_BY_IPOPT)
+        if self.casadi_every:
+            others = _casadi_solvers(airframe, mpc)
+            contestants |= others
+            places = {name: spread(len(problems), self.casadi_every, len(problems)) for name in others}
+            places["ipopt"] = spread(len(problems), self.casadi_every, _MOST_BY_IPOPT)
             places["qpoases"] = runs_in_a_row(len(problems), _RUNS_BY_QPOASES, _RUN_BY_QPOASES)
         timings = time_interleaved(problems, contestants, places, progress("timing", len(problems)))
         growths = measure_growth(growth_scenarios(self.scenario))
@@ -73,6 +73,6 @@ class Benchmark:
         return summary | {"peak_memory_mib": memory | {"benchmark": peak_memory_mib()}}, growths
 
 
-def _peers(airframe: Airframe, mpc: Mpc) -> dict[str, Contestant[TrackingProblem]]:
-    conic = {name: Conic(name, airframe, mpc) for name in CONIC_PEERS}
+def _casadi_solvers(airframe: Airframe, mpc: Mpc) -> dict[str, Contestant[TrackingProblem]]:
+    conic = {name: Conic(name, airframe, mpc) for name in CASADI_QP_SOLVERS}
     return {**conic, "ipopt": Whole(airframe, mpc)}

@@ -19,7 +19,7 @@ from a2s_drake.common.files import (
     written_whole,
 )
 from a2s_drake.common.quoting import quoted
-from a2s_drake.control.ladder import Fallback as Fallback
+from a2s_drake.common.signals import Fallback as Fallback
 from a2s_drake.flight.arrays import ANGLES, STATE_UNIT, columns_of, logged, optional, state_columns
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.scenario.track_file import copies_named_in, read_files, with_copies
@@ -75,7 +75,7 @@ class Flight:
       phase_difference: dPhi, unwrapped, rad, shape (n,).
       solver_success: 1 where the problem as posed was solved, else 0, dimensionless, shape (n,).
       solver_iterations: of the solver, over all attempts, dimensionless, shape (n,).
-      solver_fallback: see `a2s_drake.control.ladder.Fallback`, dimensionless, shape (n,).
+      solver_fallback: see `a2s_drake.common.signals.Fallback`, dimensionless, shape (n,).
       ship_antenna_position: where the ship's antenna truly is, m, W, shape (n, 3).
       reflection_magnitude: of the coherent reflection coefficient Gamma, dimensionless, shape (n,).
       reflection_phase: of Gamma, in (-pi, pi], rad, shape (n,).

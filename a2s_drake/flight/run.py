@@ -9,8 +9,8 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, Diagram, OutputPort
 
 from a2s_drake.common.arrays import FloatArray
+from a2s_drake.common.signals import SolverStatus
 from a2s_drake.common.wiring import check_ports, own_blocks
-from a2s_drake.control.controller import SolverStatus
 from a2s_drake.flight.divergence import DivergenceMonitor
 from a2s_drake.flight.log import Flight, FlightEnded, FlightInterrupted, Sample, WallClock, array_columns
 from a2s_drake.flight.signals import Signals, printable

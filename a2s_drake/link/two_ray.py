@@ -4,14 +4,16 @@ Pure functions, vectorised over leading axes and open to AutoDiffXd, then the bl
 do not pass through AutoDiffXd, so the gain is computed from real and imaginary parts kept apart.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem_
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from a2s_drake.common.arrays import Array
+from a2s_drake.common.arrays import Array, FloatArray
 from a2s_drake.common.rotations import rotation_matrix
+from a2s_drake.common.signals import NUM_STATES, State
 from a2s_drake.scenario.parts import Link
 
 
@@ -85,13 +87,50 @@ def phase_difference(d_los: Array, d_ref: Array, link: Link) -> Array:
     return (2.0 * np.pi / link.wavelength) * (d_ref - d_los)
 
 
+def unit_gain(link: Link) -> float:
+    """(lambda/4 pi)^2, m^2: the gain of one ray alone is this over its squared length."""
+    return (link.wavelength / (4.0 * np.pi)) ** 2
+
+
 def channel_gain(d_los: Array, d_ref: Array, link: Link) -> Array:
     """|g|^2 of g = (lambda/4 pi)(1/d_los + (gamma/d_ref) exp(-j(dPhi + pi))), dimensionless (eq. 5)."""
     phase = phase_difference(d_los, d_ref, link) + np.pi
     reflected = link.reflection_magnitude / d_ref
     real = 1.0 / d_los + reflected * np.cos(phase)
     imag = -reflected * np.sin(phase)
-    return (link.wavelength / (4.0 * np.pi)) ** 2 * (real * real + imag * imag)
+    return unit_gain(link) * (real * real + imag * imag)
+
+
+@dataclass(frozen=True)
+class GainModel:
+    """q = |g|^2 / `unit_gain`, 1/m^2, and its derivatives by the path lengths, per m of each, all of shape (...)."""
+
+    q: FloatArray
+    by_los: FloatArray
+    by_ref: FloatArray
+    by_los_los: FloatArray
+    by_los_ref: FloatArray
+    by_ref_ref: FloatArray
+
+
+def gain_model(d_los: FloatArray, d_ref: FloatArray, link: Link) -> GainModel:
+    """`channel_gain` over `unit_gain` with its first and second derivatives in closed form.
+
+    The square is multiplied out, since that is what its derivatives are taken of:
+    q = 1/d_los^2 + gamma^2/d_ref^2 - 2 gamma cos(dPhi)/(d_los d_ref).
+    """
+    gamma, wave = link.reflection_magnitude, 2.0 * np.pi / link.wavelength
+    phase = phase_difference(d_los, d_ref, link)
+    cross = 2.0 * gamma / (d_los * d_ref)
+    even, odd = cross * np.cos(phase), cross * wave * np.sin(phase)
+    return GainModel(
+        q=1.0 / d_los**2 + (gamma / d_ref) ** 2 - even,
+        by_los=-2.0 / d_los**3 + even / d_los - odd,
+        by_ref=-2.0 * gamma**2 / d_ref**3 + even / d_ref + odd,
+        by_los_los=6.0 / d_los**4 - 2.0 * even / d_los**2 + 2.0 * odd / d_los + wave**2 * even,
+        by_los_ref=-even / (d_los * d_ref) - odd / d_los + odd / d_ref - wave**2 * even,
+        by_ref_ref=6.0 * gamma**2 / d_ref**4 - 2.0 * even / d_ref**2 - 2.0 * odd / d_ref + wave**2 * even,
+    )
 
 
 def snr(gain: Array, link: Link) -> Array:
@@ -142,7 +181,7 @@ def TwoRayChannel_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a templat
         def _construct(self, link: Link, sea_level: float = -20.0, converter: Any = None) -> None:
             LeafSystem_[T].__init__(self, converter=converter)
             self._link, self._sea_level = link, sea_level
-            self._vehicle_state = self.DeclareVectorInputPort("vehicle_state", 12)
+            self._vehicle_state = self.DeclareVectorInputPort("vehicle_state", NUM_STATES)
             self._ship_antenna_position = self.DeclareVectorInputPort("ship_antenna_position", 3)
             inputs = {self._vehicle_state.ticket(), self._ship_antenna_position.ticket()}
             self._channel_gain = self.DeclareVectorOutputPort("channel_gain", 1, self._calc_channel_gain, inputs)
@@ -155,8 +194,8 @@ def TwoRayChannel_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a templat
             self._construct(other._link, other._sea_level, converter=converter)
 
         def _ray_lengths(self, context: Any) -> tuple[Array, Array]:
-            state = self._vehicle_state.Eval(context)
-            antenna = antenna_position(state[0:3], state[3:6], self._link)
+            state = State(self._vehicle_state.Eval(context))
+            antenna = antenna_position(state.position, state.attitude, self._link)
             return ray_lengths(antenna, self._ship_antenna_position.Eval(context), self._sea_level)
 
         def _calc_channel_gain(self, context: Any, output: Any) -> None:

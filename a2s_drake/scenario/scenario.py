@@ -1,4 +1,4 @@
-"""Scenario: all that a flight hangs on, in one object that YAML holds, overrides change and `validate` checks."""
+"""Scenario: all that a flight depends on, as one object. YAML holds it, overrides change it, `validate` checks it."""
 
 import copy
 import os

@@ -16,7 +16,7 @@ from scripts.examples.shared import run, run_example
 
 
 class PathVelocity(LeafSystem):
-    """| PathVelocity |--> velocity_preview: of the planned path at now, now + T_s, ..., m/s, W."""
+    """| PathVelocity |--> velocity_preview: of the reference path at now, now + T_s, ..., m/s, W."""
 
     def __init__(self, scenario: Scenario) -> None:
         LeafSystem.__init__(self)

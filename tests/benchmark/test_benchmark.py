@@ -114,7 +114,7 @@ def test_the_plain_baseline_says_when_there_is_no_solution(recorded: Recorded) -
     assert np.isnan(run.input).all()
 
 
-def test_peers_solve_recorded_problems(recorded: Recorded) -> None:
+def test_casadis_solvers_solve_recorded_problems(recorded: Recorded) -> None:
     pytest.importorskip("casadi", reason="peers need the package casadi: pip install 'a2s_drake[bench]'")
     scenario, problems = recorded[0].scenario, recorded[1][-3:]
     airframe, mpc = scenario.airframe, scenario.mpc
@@ -147,7 +147,7 @@ def test_contestants_take_turns_and_some_sit_out() -> None:
     assert (timings["a"].failures, timings["b"].failures) == (1, 1)
 
 
-def test_peers_get_an_even_share() -> None:
+def test_casadis_solvers_get_an_even_share() -> None:
     assert spread(100, 20, 99).tolist() == [0, 20, 40, 60, 80]
     assert spread(2001, 20, 20).tolist() == list(range(0, 2001, 120))
     assert runs_in_a_row(100, 3, 2).tolist() == [0, 1, 49, 50, 98, 99]

@@ -5,11 +5,11 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from a2s_drake import Flight, FlightEnded, Scenario, run_flight
+from a2s_drake.common.signals import Fallback
 from a2s_drake.common.wiring import find_block
 from a2s_drake.control.horizon import Plan, Reference
 from a2s_drake.control.ladder import Planner
 from a2s_drake.control.solve import Solution, TrackingSolver, make_solver
-from a2s_drake.flight.log import Fallback
 from a2s_drake.guidance.path import uav_position
 from diagrams import build_closed_loop, load_scenario
 from tests.support.faults import Change, faulty_loop

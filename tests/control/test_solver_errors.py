@@ -8,9 +8,10 @@ import pytest
 from pydrake.solvers import MathematicalProgram
 
 from a2s_drake import Flight, FlightInterrupted, Scenario, run_flight
+from a2s_drake.common.signals import Fallback
 from a2s_drake.control.controller import MpcController
 from a2s_drake.control.horizon import Plan, Reference
-from a2s_drake.control.ladder import Fallback, Planner
+from a2s_drake.control.ladder import Planner
 from a2s_drake.control.solve import Solution, TrackingSolver, make_solver
 from a2s_drake.flight.log import array_names
 from diagrams import Blocks, build_closed_loop

@@ -71,9 +71,9 @@ def test_drawings_default_to_table_i() -> None:
     assert flight.channel_gain[0] == pytest.approx(2.412125015e-8, rel=1e-9)
 
 
-def test_link_only_tracks_ideally(scenario: Scenario, planned_geometry) -> None:
+def test_link_only_tracks_ideally(scenario: Scenario, reference_geometry) -> None:
     flight = run_flight(build_link_only(scenario), scenario)
-    position, ship = planned_geometry
+    position, ship = reference_geometry
     np.testing.assert_allclose(flight.position, position, atol=1e-12)
     np.testing.assert_allclose(flight.ship_position, ship, atol=1e-12)
     eta = attitude_reference(position, ship, Link(), AttitudeLaw(), scenario.mpc.attitude_limit)

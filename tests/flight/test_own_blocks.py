@@ -101,11 +101,11 @@ def test_of_a_flight_of_the_scenario_alone_nothing_is_said(tmp_path: Path) -> No
 
 def test_the_store_takes_no_flight_of_own_blocks_for_one_of_the_scenario(tmp_path: Path) -> None:
     store = FlightStore(tmp_path, "code")
-    store.keep(run_flight(build_closed_loop(SCENARIO), SCENARIO))
+    store.save(run_flight(build_closed_loop(SCENARIO), SCENARIO))
     assert store.find(SCENARIO) is not None
     diagram = build_closed_loop(SCENARIO)
     mark_own_blocks(diagram, OWN)
-    store.keep(run_flight(diagram, SCENARIO))
+    store.save(run_flight(diagram, SCENARIO))
     with pytest.warns(UserWarning, match=r"flight\.npz: was flown with blocks that the scenario does not name"):
         assert store.find(SCENARIO) is None
 

@@ -13,7 +13,7 @@ from a2s_drake.guidance.courses import Courses
 from a2s_drake.guidance.path import uav_path
 from a2s_drake.guidance.plan.cache import kept_plan
 from a2s_drake.guidance.plan.plan import plan_attitude
-from a2s_drake.study.ideal_tracking import ideal_study
+from a2s_drake.study.ideal_tracking import measure_ideal_tracking
 from a2s_drake.world.ship import ship_track
 from diagrams import build_link_only
 from tests.support.tracks import circle, write_track
@@ -45,7 +45,7 @@ def test_the_circle_in_a_file_is_the_circle(from_files: Scenario) -> None:
 
 def test_laws_and_ceilings_win_the_same_on_the_circle_in_a_file(from_files: Scenario) -> None:
     coarse = ["mpc.period=0.4", "mpc.horizon=2"]  # a twentieth of the samples, for the ceilings' sake
-    dut, papers = (ideal_study(scenario.with_overrides(coarse)) for scenario in (from_files, Scenario()))
+    dut, papers = (measure_ideal_tracking(scenario.with_overrides(coarse)) for scenario in (from_files, Scenario()))
     assert dut["level_throughput_bit_per_hz"] == pytest.approx(papers["level_throughput_bit_per_hz"], rel=1e-6)
     for name in ("three_axis", "pitch_only"):
         assert dut["gain_percent"][name] == pytest.approx(papers["gain_percent"][name], abs=1e-4)

@@ -65,7 +65,7 @@ def test_what_the_block_previews_belongs_together(time: float, spline: AttitudeS
     np.testing.assert_allclose(x[:, :3], position, atol=3e-3)
 
 
-def test_block_hangs_on_time_alone(spline: AttitudeSpline, scenario: Scenario) -> None:
+def test_block_depends_on_time_alone(spline: AttitudeSpline, scenario: Scenario) -> None:
     dut = PlannedReference(spline, scenario.airframe, scenario.mission, scenario.mpc)
     assert not dut.HasAnyDirectFeedthrough()
 
@@ -151,7 +151,7 @@ def test_a_plan_cut_short_is_flown_but_not_kept(small: Scenario, tmp_path: Path)
         ("mpc.feedforward=false", True),
     ],
 )
-def test_a_plan_goes_by_all_that_it_hangs_on(override: str, same: bool, small: Scenario) -> None:
+def test_a_plan_is_found_by_all_that_it_depends_on(override: str, same: bool, small: Scenario) -> None:
     assert (plan_file(small.with_overrides([override])) == plan_file(small)) == same
 
 
@@ -191,7 +191,7 @@ def test_without_feedforward_rates_and_inputs_are_pulled_to_zero(small: Scenario
 
 def test_the_papers_law_is_not_asked_for_a_plan(scenario: Scenario) -> None:
     law = scenario.with_value("attitude_law.name", "planned").attitude_law
-    with pytest.raises(ValueError, match="a plan hangs on time"):
+    with pytest.raises(ValueError, match="a plan depends on time"):
         attitude_reference(np.zeros(3), np.array([90.0, 0.0, -20.0]), scenario.link, law, scenario.mpc.attitude_limit)
 
 

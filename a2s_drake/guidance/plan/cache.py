@@ -1,4 +1,4 @@
-"""Plans kept on disk, so that each is computed once: by all that it hangs on, scenario and code."""
+"""Plans on disk, so that each is computed once: by all that it depends on, scenario and code."""
 
 import hashlib
 import os
@@ -19,7 +19,7 @@ from a2s_drake.guidance.plan.plan import Progress, plan_attitude
 from a2s_drake.guidance.plan.spline import SUPPORT, AttitudeSpline
 from a2s_drake.scenario.scenario import Scenario
 
-# The rooms that the planner imports, itself or through others, and the libraries that its numbers hang on.
+# The rooms that the planner imports, itself or through others, and the libraries that its numbers depend on.
 _PACKAGE = Path(__file__).parents[2]
 _ROOMS = ("common", "scenario", "solvers", "world", "vehicle", "link", "guidance")
 SOURCES = [source for room in _ROOMS for source in sorted((_PACKAGE / room).rglob("*.py"))]
@@ -41,7 +41,7 @@ def plan_folder() -> Path:
 
 
 def plan_key(scenario: Scenario) -> str:
-    """What a plan hangs on in a scenario, as a digest."""
+    """What a plan depends on in a scenario, as a digest."""
     mpc = {name: getattr(scenario.mpc, name) for name in ("period", "attitude_limit_deg", "angular_velocity_limit")}
     parts = {name: asdict(getattr(scenario, name)) for name in ("airframe", "link", "mission", "planning")}
     return hashlib.sha256(yaml_dump(parts | {"mpc": mpc}).encode()).hexdigest()

@@ -49,7 +49,7 @@ def trajectory_figure(flight: Flight) -> Figure:
 
 @styled
 def position_figure(flights: Mapping[str, Flight]) -> Figure:
-    """Position of the three-axis flight against its plan, and the distance from the plan under each law."""
+    """Position of the three-axis flight against its reference, and the distance from it under each law."""
     figure = column_figure(3.7)
     rows = figure.subplots(4, 1, sharex=True)
     flight = flights["three_axis"]
