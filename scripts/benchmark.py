@@ -38,17 +38,17 @@ def main(argv: list[str] | None = None) -> int:
     except (common.UsageError, ScenarioError) as error:
         return fail(error)
     try:
-        summary, growths = benchmark.run(lambda name, n: tqdm(total=n, desc=name, leave=False, disable=None).update)
+        summary = benchmark.run(lambda name, n: tqdm(total=n, desc=name, leave=False, disable=None).update)
     except (FlightEnded, KeyboardInterrupt) as ended:
         samples = f"; {flying.keep_samples(ended, folder / 'ended')}" if isinstance(ended, FlightEnded) else ""
         return fail(ended, f"{reason(ended)}{samples}")
     print(benchmark_text(summary))
     if not casadi_every and not arguments.no_peers:
         print("\npeers need the package casadi: pip install 'a2s_drake[bench]'")
-    save_figure(growth_figure(growths), folder / "growth")
+    save_figure(growth_figure(summary.growth), folder / "growth")
     if arguments.json is not None:
         with written_whole(arguments.json) as part:
-            part.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+            part.write_text(json.dumps(summary.as_json(), indent=2) + "\n", encoding="utf-8")
     print(f"\nthe picture (growth; PNG and SVG) is in {folder}")
     return 0
 

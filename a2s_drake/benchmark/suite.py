@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from a2s_drake.benchmark.accuracy import exact_inputs
 from a2s_drake.benchmark.casadi import CASADI_QP_SOLVERS
 from a2s_drake.benchmark.contestants import Conic, Contestant, Own, Plain, Whole
-from a2s_drake.benchmark.growth import Growth, growth_scenarios, measure_growth
+from a2s_drake.benchmark.growth import growth_scenarios, measure_growth
 from a2s_drake.benchmark.record import TrackingProblem, record
-from a2s_drake.benchmark.summary import peak_memory_mib, summarise
+from a2s_drake.benchmark.summary import Summary, peak_memory_mib, summarise
 from a2s_drake.benchmark.timing import runs_in_a_row, spread, time_interleaved
 from a2s_drake.control.solve import QP_SOLVERS
 from a2s_drake.scenario.checks import ScenarioError
@@ -44,20 +44,18 @@ class Benchmark:
             raise ScenarioError(f"mpc.solver = {self.scenario.mpc.solver}: the benchmark times {', '.join(QP_SOLVERS)}")
         growth_scenarios(self.scenario)
 
-    def run(self, progress: Callable[[str, int], Any]) -> tuple[dict[str, Any], dict[str, Growth]]:
+    def run(self, progress: Callable[[str, int], Any]) -> Summary:
         """Runs it all.
 
         Args:
           progress: called with a stage's name and how many steps it takes; gives a function to call with each step.
-        Returns:
-          a summary ready for JSON, and growths to draw.
         Raises:
           FlightEnded: when the flight does.
         """
         airframe, mpc = self.scenario.airframe, self.scenario.mpc
         # No name for a progress function: its bar goes when the stage does.
         flight, problems = record(self.scenario, progress("flying", len(self.scenario.sample_times())))
-        memory = {"flight": peak_memory_mib()}
+        memory = peak_memory_mib()
         exact = exact_inputs(problems, airframe, mpc, progress("solving exactly", len(problems)))
         contestants: dict[str, Contestant[TrackingProblem]] = {"own": Own(airframe, mpc), "plain": Plain(airframe, mpc)}
         places: dict[str, NDArray[np.intp]] = {}
@@ -69,8 +67,7 @@ class Benchmark:
             places["qpoases"] = runs_in_a_row(len(problems), _RUNS_BY_QPOASES, _RUN_BY_QPOASES)
         timings = time_interleaved(problems, contestants, places, progress("timing", len(problems)))
         growths = measure_growth(growth_scenarios(self.scenario))
-        summary = summarise(flight, timings, exact, growths)
-        return summary | {"peak_memory_mib": memory | {"benchmark": peak_memory_mib()}}, growths
+        return summarise(flight, timings, exact, growths, memory)
 
 
 def _casadi_solvers(airframe: Airframe, mpc: Mpc) -> dict[str, Contestant[TrackingProblem]]:

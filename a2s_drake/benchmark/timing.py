@@ -109,7 +109,16 @@ def _collect(places: NDArray[np.intp], runs: Sequence[Run]) -> Timing:
     )
 
 
-def statistics_ms(seconds: FloatArray) -> dict[str, float]:
-    """Median, 99th and 99.9th percentile and maximum of times, s, in ms."""
-    median, p99, p99_9, largest = 1e3 * np.percentile(seconds, [50.0, 99.0, 99.9, 100.0])
-    return {"median": float(median), "p99": float(p99), "p99_9": float(p99_9), "max": float(largest)}
+@dataclass(frozen=True)
+class Statistics:
+    """Median, 99th and 99.9th percentile and maximum of some times."""
+
+    median: float
+    p99: float
+    p99_9: float
+    max: float
+
+
+def statistics_ms(seconds: FloatArray) -> Statistics:
+    """Statistics of times, s, in ms."""
+    return Statistics(*(1e3 * np.percentile(seconds, [50.0, 99.0, 99.9, 100.0])).tolist())

@@ -58,8 +58,8 @@ def _out_by_one(rng: Random) -> Case:
 
 def _far_out(rng: Random) -> Case:
     name, low, high, whole = _range(rng)
-    beyond = 10.0 ** rng.uniform(0.0, 15.0) * max(1.0, abs(low), abs(high))
-    value = rng.choice((low - beyond, high + beyond))
+    excess = 10.0 ** rng.uniform(0.0, 15.0) * max(1.0, abs(low), abs(high))
+    value = rng.choice((low - excess, high + excess))
     return _number_set(rng, name, round(value) if whole else value)
 
 

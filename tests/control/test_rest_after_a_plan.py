@@ -22,10 +22,10 @@ def restless(seed: int = 0, duration: float = END) -> AttitudeSpline:
 
 @settings(max_examples=30)
 @given(st.integers(0, 99), st.floats(0.5, 100.0), st.floats(1e-6, 1e6))
-def test_a_spline_stands_still_beyond_both_ends(seed: int, duration: float, beyond: float) -> None:
+def test_a_spline_stands_still_beyond_both_ends(seed: int, duration: float, past: float) -> None:
     dut = restless(seed, duration)
     assert np.abs(dut.rate(np.array([0.0, duration]))).min(axis=1).all()  # in motion at the ends themselves
-    for end, time in ((0.0, -beyond), (duration, duration + beyond)):
+    for end, time in ((0.0, -past), (duration, duration + past)):
         np.testing.assert_array_equal(dut.eta(np.array(time)), dut.eta(np.array(end)))
         for derivative in (dut.rate, dut.acceleration, dut.angular_velocity):
             assert derivative(np.array(end)).any()

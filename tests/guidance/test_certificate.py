@@ -31,7 +31,7 @@ def test_a_plan_at_all_limits_holds() -> None:
 
 
 @pytest.mark.parametrize(
-    ("quantity", "beyond"),
+    ("quantity", "direction"),
     [
         ("rotor_speed_min", -np.inf),
         ("rotor_speed_max", np.inf),
@@ -40,8 +40,8 @@ def test_a_plan_at_all_limits_holds() -> None:
         ("rest_error", np.inf),
     ],
 )
-def test_each_limit_alone_is_broken_by_the_smallest_excess(quantity: str, beyond: float) -> None:
-    excess = float(np.nextafter(getattr(AT_THE_LIMITS, quantity), beyond))
+def test_each_limit_alone_is_broken_by_the_smallest_excess(quantity: str, direction: float) -> None:
+    excess = float(np.nextafter(getattr(AT_THE_LIMITS, quantity), direction))
     assert not replace(AT_THE_LIMITS, **{quantity: excess}).holds
     assert not replace(AT_THE_LIMITS, **{quantity: np.nan}).holds
 

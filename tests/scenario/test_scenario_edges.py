@@ -16,7 +16,7 @@ HOVER = math.sqrt(resting_input(Airframe(), 0.0, 0.0)[0])
 
 
 @pytest.mark.parametrize(
-    ("field", "within", "beyond"),
+    ("field", "within", "outside"),
     [
         ("mpc.velocity_limit", 1.0001 * FASTEST, 0.9999 * FASTEST),
         # The path spans -5.3..0 m in x, -2.65..2.65 m in y, and stays at 0 in z.
@@ -30,10 +30,10 @@ HOVER = math.sqrt(resting_input(Airframe(), 0.0, 0.0)[0])
         ("attitude_law.index_max", 43, 42),
     ],
 )
-def test_a_limit_is_drawn_where_it_is(field: str, within: object, beyond: object) -> None:
+def test_a_limit_is_drawn_where_it_is(field: str, within: object, outside: object) -> None:
     check(Scenario().with_value(field, within))
     with pytest.raises(ScenarioError):
-        check(Scenario().with_value(field, beyond))
+        check(Scenario().with_value(field, outside))
 
 
 @pytest.mark.parametrize("law", ["three_axis", "pitch_only"])

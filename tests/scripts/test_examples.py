@@ -61,9 +61,9 @@ def test_the_channel_map_meets_the_blueprint_at_level_and_at_the_laws_answer(sho
 def test_a_free_body_is_chains_of_integrators_all_but_the_quaternions_norm_controllable(show) -> None:
     printed = show(linearise_airframe)
     # A quaternion is half the angle: lean by it and 2 g act across; turn at 1 rad/s, and across goes a jerk of g.
-    *chain, beyond = numbers(printed, "largest entry of A, A^2, A^3, A^4:")
+    *chain, fourth = numbers(printed, "largest entry of A, A^2, A^3, A^4:")
     assert chain == pytest.approx([2.0 * 9.81, 2.0 * 9.81, 9.81], rel=0.03)
-    assert beyond < 1e-9
+    assert fourth < 1e-9
     assert numbers(printed, "largest |eigenvalue| as computed:")[0] < 1e-3
     assert "controllable: 12 of the plant's 13 states, 12 of the 12" in printed
     assert max(numbers(printed, "off the MPC's prediction model:")) < 1e-9
