@@ -4,8 +4,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # What a type checker and an editor see; at run time each name is imported when it is first used.
+    from a2s_drake.common.signals import SolverStatus
     from a2s_drake.common.wiring import WiringError, build_wired
-    from a2s_drake.control.controller import MpcController, SolverStatus
+    from a2s_drake.control.controller import MpcController
     from a2s_drake.flight.log import Flight, FlightEnded, FlightInterrupted, WallClock
     from a2s_drake.flight.metrics import compute_metrics
     from a2s_drake.flight.run import run_flight
@@ -34,9 +35,10 @@ _MODULES = {
     "guidance.plan.plan": ("PlannedAttitude", "plan_attitude"),
     "guidance.plan.block": ("PlannedReference",),
     "guidance.plan.cache": ("kept_plan",),
-    "control.controller": ("MpcController", "SolverStatus"),
+    "control.controller": ("MpcController",),
     "solvers.piqp": ("PiqpSolver",),
     "vehicle.airframe": ("add_airframe", "hover_input", "rotor_table", "wrench_map"),
+    "common.signals": ("SolverStatus",),
     "common.wiring": ("build_wired", "WiringError"),
     "flight.log": ("Flight", "FlightEnded", "FlightInterrupted", "WallClock"),
     "flight.run": ("run_flight",),

@@ -11,6 +11,7 @@ from a2s_drake.scenario.checks import ScenarioError
 from a2s_drake.scenario.scenario import Scenario
 
 from .airframe_only import build_airframe_only
+from .blocks import Blocks
 from .closed_loop import build_closed_loop
 from .link_only import build_link_only
 
@@ -48,6 +49,7 @@ def load_scenario(name_or_path: str) -> Scenario:
 
 __all__ = [
     "BUILDERS",
+    "Blocks",
     "SCENARIOS",
     "SUFFIXES",
     "build_airframe_only",

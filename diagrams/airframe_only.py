@@ -3,6 +3,7 @@
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from a2s_drake.common.wiring import build_wired, export_outputs
+from a2s_drake.flight import feasible
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.vehicle.airframe import add_airframe
 
@@ -18,7 +19,7 @@ def build_airframe_only(scenario: Scenario | None = None) -> Diagram:
                            +---------------+
     ```
     """
-    scenario = scenario or Scenario()
+    scenario = feasible.check(scenario or Scenario())
     builder = DiagramBuilder()
     airframe = add_airframe(builder, scenario.airframe, scenario.mission.start, scenario.disturbance)
     builder.ExportInput(airframe.GetInputPort("rotor_speed_squared"), "rotor_speed_squared")

@@ -1,92 +1,140 @@
-"""The whole mission: path, ship, attitude law, MPC, hexarotor and channel in one loop."""
+"""The whole mission in one loop: the world, what is sensed of it, and what flies on board."""
 
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
+from collections.abc import Callable
 
-from a2s_drake.common.wiring import build_wired, check_ports, export_outputs
-from a2s_drake.control.controller import MpcController, feedforward_ports
-from a2s_drake.control.ladder import Planner
-from a2s_drake.link.two_ray import TwoRayChannel
-from a2s_drake.navigation.sensors import MeasurementNoise
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
+from pydrake.systems.primitives import PassThrough
+
+from a2s_drake.common.wiring import NamedWiring, WiringError, build_wired, connect_fitting, mark_own_blocks
+from a2s_drake.flight import feasible
+from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.vehicle.actuators import InputDelay
-from a2s_drake.vehicle.airframe import add_airframe, hover_input
+from a2s_drake.vehicle.airframe import hover_input
 
-from .reference import add_reference
+from .blocks import NAMES, Blocks, Maker
+
+# What a drawing exports, where one of its parts gives it.
+_EXPORTED = (
+    *("vehicle_state", "body_poses", "rotor_speed_squared"),
+    *("position_reference", "position_command", "attitude_reference", "ship_position", "ship_antenna_position"),
+    *("channel_gain", "snr_db", "spectral_efficiency", "phase_difference", "reflection"),
+    *("measured_state", "ship_preview", "snr_measurement", "phasor", "force_estimate"),
+    *("predicted_state", "solver_status"),
+)
 
 
 def build_closed_loop(
-    scenario: Scenario | None = None, planner: Planner | None = None, law: System | None = None
+    scenario: Scenario | None = None,
+    *,
+    blocks: Blocks | None = None,
+    plan: AttitudeSpline | None = None,
+    prebuild: Callable[[DiagramBuilder], None] | None = None,
 ) -> Diagram:
     """The mission of a scenario (Table I by default), the vehicle at rest and level where the path begins.
 
-    Noise on the measured state and delay of the commands stand in it only where the scenario asks for them;
-    `rotor_speed_squared` is the command that reaches the rotors. A planner of one's own may stand in for the
-    scenario's, and so may an attitude law: a block with the ports of `AttitudeReference`, made for this diagram alone.
-    Where a law has the outputs of `feedforward_ports` too, the controller follows these as well, unless
-    `mpc.feedforward` is off.
+    It holds three diagrams. `world` is the truth, `onboard` is what the UAV knows and decides, and `sensing` is all
+    that connects the first with the second. `rotor_speed_squared` is the command that reaches the rotors.
 
     ```
     +-------------+
     |             |--> vehicle_state, rotor_speed_squared, body_poses
-    |             |--> position_reference, attitude_reference, ship_position
-    | closed_loop |--> channel_gain, snr_db, spectral_efficiency, phase_difference
+    |             |--> position_reference, attitude_reference
+    | closed_loop |--> ship_position, ship_antenna_position
+    |             |--> channel_gain, snr_db, spectral_efficiency, phase_difference, reflection
+    |             |--> measured_state, ship_preview
     |             |--> predicted_state, solver_status
     +-------------+
     ```
 
+    Args:
+      blocks: factories of the user's own blocks; outputs of theirs with other names are exported too.
+      plan: what the law flies, where `attitude_law.name` is `planned`; see `kept_plan`. Without it the diagram can be
+        drawn, but not simulated.
+      prebuild: called with the builder before the diagram is built, when `world`, `sensing` and `onboard` are in it and
+        wired: to add systems, wires and outputs of the user's own.
     Raises:
-      WiringError: when the law's ports do not fit; names them, with the sizes found and wanted.
+      ScenarioError: when the scenario cannot be flown.
+      WiringError: when a block's ports do not fit; names them, with the sizes found and wanted.
     """
-    scenario = scenario or Scenario()
+    scenario = feasible.check(scenario or Scenario())
+    maker = Maker(scenario, blocks or Blocks(), plan)
+    path, ship = maker.make("path"), maker.make("ship")
+    world = _build_world(scenario, maker, path, ship)
+    sensing = _build_sensing(maker, ship, world)
+    onboard = _build_onboard(maker, path, sensing)
+
     builder = DiagramBuilder()
-    path, ship, law = add_reference(builder, scenario, law)
-    feeds = _feedforward(scenario, law)
-    controller = MpcController(scenario.airframe, scenario.mpc, planner, feedforward=bool(feeds))
-    mpc = builder.AddNamedSystem("mpc", controller)
-    airframe = add_airframe(builder, scenario.airframe, scenario.mission.start, scenario.disturbance)
-    channel = builder.AddNamedSystem("channel", TwoRayChannel(scenario.link))
-
-    builder.Connect(path.GetOutputPort("position_preview"), mpc.GetInputPort("position_preview"))
-    builder.Connect(law.GetOutputPort("attitude_preview"), mpc.GetInputPort("attitude_preview"))
-    for name in feeds:
-        builder.Connect(law.GetOutputPort(name), mpc.GetInputPort(name))
-    command = _delayed(builder, scenario, mpc.GetOutputPort("rotor_speed_squared"))
-    builder.Connect(command, airframe.GetInputPort("rotor_speed_squared"))
-    measured = _measured(builder, scenario, airframe.GetOutputPort("vehicle_state"))
-    builder.Connect(measured, mpc.GetInputPort("vehicle_state"))
-    builder.Connect(airframe.GetOutputPort("vehicle_state"), channel.GetInputPort("vehicle_state"))
-    builder.Connect(ship.GetOutputPort("ship_position"), channel.GetInputPort("ship_position"))
-
-    export_outputs(builder, airframe, channel)
-    builder.ExportOutput(command, "rotor_speed_squared")
-    for name in ("predicted_state", "solver_status"):
-        builder.ExportOutput(mpc.GetOutputPort(name), name)
-    return build_wired(builder, "closed_loop")
+    for part in (world, sensing, onboard):
+        builder.AddSystem(part)
+    _connect_by_name(builder, world, sensing)
+    _connect_by_name(builder, sensing, onboard)
+    _connect_by_name(builder, onboard, world)
+    exported: set[str] = set()
+    for part in (world, sensing, onboard):
+        for port in map(part.get_output_port, range(part.num_output_ports())):
+            name = port.get_name()
+            if name not in exported and (name in _EXPORTED or name in maker.own_outputs):
+                builder.ExportOutput(port, name)
+                exported.add(name)
+    if prebuild is not None:
+        prebuild(builder)
+    diagram = build_wired(builder, "closed_loop")
+    mark_own_blocks(diagram, maker.own)
+    return diagram
 
 
-def _feedforward(scenario: Scenario, law: System) -> dict[str, int]:
-    """The outputs of a law, by name and size, that the controller follows beyond the attitude."""
-    ports = feedforward_ports(scenario.mpc)
-    if not (scenario.mpc.feedforward and any(map(law.HasOutputPort, ports))):
-        return {}
-    check_ports("attitude_reference", law, {}, ports)
-    return ports
+def _build_world(scenario: Scenario, maker: Maker, path: System, ship: System) -> Diagram:
+    """The truth: the vehicle, the ship, and the link between both."""
+    builder = DiagramBuilder()
+    wiring = NamedWiring(builder)
+    delay = scenario.disturbance.input_delay_periods
+    if delay:
+        late = InputDelay(delay, scenario.mpc.period, hover_input(scenario.airframe))
+        wiring.add("input_delay", late, {"rotor_speed_command": "rotor_speed_squared"})
+    wiring.add(NAMES["airframe"], maker.make_airframe(path))
+    wiring.add(NAMES["ship"], ship)
+    wiring.add(NAMES["ship_motion"], maker.make("ship_motion"))
+    wiring.add(NAMES["channel"], maker.make("channel"))
+    wiring.export()
+    return build_wired(builder, "world")
 
 
-def _measured(builder: DiagramBuilder, scenario: Scenario, state: OutputPort) -> OutputPort:
-    """The state as the controller gets to see it."""
-    if not any(scenario.disturbance.noise_deviations):
-        return state
-    noise = builder.AddNamedSystem("measurement", MeasurementNoise(scenario.disturbance, scenario.mpc.period))
-    builder.Connect(state, noise.GetInputPort("vehicle_state"))
-    return noise.GetOutputPort("measured_state")
+def _build_sensing(maker: Maker, ship: System, world: Diagram) -> Diagram:
+    """The sensors: all that the UAV knows of the world."""
+    builder = DiagramBuilder()
+    wiring = NamedWiring(builder)
+    wiring.add(NAMES["navigation"], maker.make("navigation"))
+    if world.HasOutputPort("ship_preview") and not maker.has("ship_report"):
+        told = PassThrough(ship.GetOutputPort("ship_preview").size())
+        wiring.add(NAMES["ship_report"], told, {"u": "ship_preview", "y": "ship_preview"})
+    else:
+        wiring.add(NAMES["ship_report"], maker.make_ship_report(ship))
+    if maker.has("receiver"):
+        wiring.add(NAMES["receiver"], maker.make("receiver"))
+    wiring.export(world)
+    return build_wired(builder, "sensing")
 
 
-def _delayed(builder: DiagramBuilder, scenario: Scenario, command: OutputPort) -> OutputPort:
-    """The command as the rotors get it."""
-    periods = scenario.disturbance.input_delay_periods
-    if periods == 0:
-        return command
-    delay = InputDelay(periods, scenario.mpc.period, hover_input(scenario.airframe))
-    builder.Connect(command, builder.AddNamedSystem("input_delay", delay).GetInputPort("rotor_speed_command"))
-    return delay.GetOutputPort("rotor_speed_squared")
+def _build_onboard(maker: Maker, path: System, sensing: Diagram) -> Diagram:
+    """What the UAV decides, from what its sensors tell."""
+    builder = DiagramBuilder()
+    wiring = NamedWiring(builder)
+    measured = {"vehicle_state": "measured_state"}
+    wiring.add(NAMES["path"], path, measured)
+    if maker.has("observer"):
+        wiring.add(NAMES["observer"], maker.make("observer"), measured)
+    law = wiring.add(NAMES["law"], maker.make("law"), measured)
+    # Where a law moves the position too, the controller follows what the law asks for, not the path.
+    moved = {"position_preview": "position_command_preview"} if law.HasOutputPort("position_command_preview") else {}
+    wiring.add(NAMES["controller"], maker.make_controller(law), measured | moved)
+    wiring.export(sensing)
+    return build_wired(builder, "onboard")
+
+
+def _connect_by_name(builder: DiagramBuilder, source: Diagram, target: Diagram) -> None:
+    """Connects every input of a part to the output of the same name of another."""
+    for port in map(target.get_input_port, range(target.num_input_ports())):
+        if not source.HasOutputPort(port.get_name()):
+            raise WiringError(f"{target.get_name()}: input {port.get_name()}: {source.get_name()} does not give it")
+        connect_fitting(builder, source.GetOutputPort(port.get_name()), port, target.get_name())

@@ -1,45 +1,67 @@
 """The link of a vehicle that is always exactly where and how it should be: no dynamics, no controller."""
 
 import numpy as np
-from pydrake.systems.framework import Diagram, DiagramBuilder, System
-from pydrake.systems.primitives import ConstantVectorSource, Multiplexer
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import Adder, ConstantVectorSource, Multiplexer
 
-from a2s_drake.common.wiring import build_wired, export_outputs
-from a2s_drake.link.two_ray import TwoRayChannel
+from a2s_drake.common.wiring import NamedWiring, build_wired, mark_own_blocks
+from a2s_drake.flight import feasible
+from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.scenario import Scenario
 
-from .reference import add_reference
+from .blocks import NAMES, Blocks, Maker
+
+_EXPORTED = (
+    *("vehicle_state", "position_reference", "attitude_reference", "ship_position", "ship_antenna_position"),
+    *("channel_gain", "snr_db", "spectral_efficiency", "phase_difference", "reflection", "ship_preview"),
+)
 
 
-def build_link_only(scenario: Scenario | None = None, law: System | None = None) -> Diagram:
+def build_link_only(
+    scenario: Scenario | None = None, *, blocks: Blocks | None = None, plan: AttitudeSpline | None = None
+) -> Diagram:
     """Ideal tracking of a scenario (Table I by default); the vehicle's velocities read zero.
 
-    A block with the ports of `AttitudeReference`, made for this diagram alone, may stand in for the scenario's law.
+    What the UAV believes of its own pose is exactly the reference. Where it is biased (`knowledge.position_bias`,
+    `knowledge.attitude_bias_deg`), its true pose is the reference and the bias.
 
     ```
     +-----------+
     |           |--> vehicle_state
-    | link_only |--> position_reference, attitude_reference, ship_position
-    |           |--> channel_gain, snr_db, spectral_efficiency, phase_difference
+    | link_only |--> position_reference, attitude_reference
+    |           |--> ship_position, ship_antenna_position, ship_preview
+    |           |--> channel_gain, snr_db, spectral_efficiency, phase_difference, reflection
     +-----------+
     ```
 
+    Args:
+      blocks: factories of the user's own path, ship, ship motion, ship report, law and channel; the other roles have no
+        place in this drawing and are not read.
+      plan: as for `build_closed_loop`.
     Raises:
-      WiringError: when the law's ports do not fit; names them, with the sizes found and wanted.
+      ScenarioError: when the scenario cannot be flown.
+      WiringError: when a block's ports do not fit; names them, with the sizes found and wanted.
     """
-    scenario = scenario or Scenario()
+    scenario = feasible.check(scenario or Scenario())
+    maker = Maker(scenario, blocks or Blocks(), plan)
     builder = DiagramBuilder()
-    path, ship, law = add_reference(builder, scenario, law)
-    velocities = builder.AddNamedSystem("velocities", ConstantVectorSource(np.zeros(6)))
-    state = builder.AddNamedSystem("vehicle_state", Multiplexer([3, 3, 6]))
-    channel = builder.AddNamedSystem("channel", TwoRayChannel(scenario.link))
-
-    builder.Connect(path.GetOutputPort("position_reference"), state.get_input_port(0))
-    builder.Connect(law.GetOutputPort("attitude_reference"), state.get_input_port(1))
-    builder.Connect(velocities.get_output_port(), state.get_input_port(2))
-    builder.Connect(state.get_output_port(), channel.GetInputPort("vehicle_state"))
-    builder.Connect(ship.GetOutputPort("ship_position"), channel.GetInputPort("ship_position"))
-
-    builder.ExportOutput(state.get_output_port(), "vehicle_state")
-    export_outputs(builder, channel)
-    return build_wired(builder, "link_only")
+    wiring = NamedWiring(builder)
+    wiring.add(NAMES["path"], maker.make("path"))
+    ship = wiring.add(NAMES["ship"], maker.make("ship"))
+    if maker.has("ship_report") or not ship.HasOutputPort("ship_preview"):
+        wiring.add(NAMES["ship_report"], maker.make_ship_report(ship))
+    law = wiring.add(NAMES["law"], maker.make("law"))
+    wiring.add(NAMES["ship_motion"], maker.make("ship_motion"))
+    wiring.add("velocities", ConstantVectorSource(np.zeros(6)), {"y0": "velocities"})
+    position = "position_command" if law.HasOutputPort("position_command") else "position_reference"
+    pose = {"u0": position, "u1": "attitude_reference", "u2": "velocities", "y0": "vehicle_state"}
+    wiring.add("vehicle_state", Multiplexer([3, 3, 6]), pose)
+    bias = np.array([*scenario.knowledge.pose_bias, *[0.0] * 6])
+    if bias.any():
+        wiring.add("pose_bias", ConstantVectorSource(bias), {"y0": "pose_bias"})
+        wiring.add("true_state", Adder(2, 12), {"u0": "vehicle_state", "u1": "pose_bias", "sum": "vehicle_state"})
+    wiring.add(NAMES["channel"], maker.make("channel"))
+    wiring.export_outputs({*_EXPORTED, *maker.own_outputs})
+    diagram = build_wired(builder, "link_only")
+    mark_own_blocks(diagram, maker.own)
+    return diagram

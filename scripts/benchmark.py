@@ -3,20 +3,19 @@
 if __name__ == "__main__":
     import scripts.startup  # first, as the imports below take long
 import json
-import sys
 from pathlib import Path
 
 from tqdm import tqdm
 
-from a2s_drake import FlightEnded, FlightInterrupted, ScenarioError
+from a2s_drake import FlightEnded, ScenarioError
 from a2s_drake.benchmark.growth import growth_figure
 from a2s_drake.benchmark.report import benchmark_text
 from a2s_drake.benchmark.suite import Benchmark
 from a2s_drake.common.files import written_whole
 from a2s_drake.common.packages import is_installed
 from a2s_drake.views.figures import save_figure
-from diagrams import build_closed_loop
 from scripts import common, flying
+from scripts.failure import fail, reason
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -30,23 +29,21 @@ def main(argv: list[str] | None = None) -> int:
         arguments = parser.parse_args(argv)
         folder = arguments.out or Path("results/benchmark")
         common.check_count(arguments.peers_every, "--peers-every")
-        peers = 0 if arguments.no_peers or not is_installed("casadi") else arguments.peers_every
-        benchmark = Benchmark(common.resolve_scenario(arguments, []), build_closed_loop, peers)
+        casadi_every = 0 if arguments.no_peers or not is_installed("casadi") else arguments.peers_every
+        benchmark = Benchmark(common.resolve_scenario(arguments, []), casadi_every)
         benchmark.check()
         if arguments.json is not None:
             common.check_file(arguments.json, "--json")
         common.make_folder(folder)
     except (common.UsageError, ScenarioError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
+        return fail(error)
     try:
         summary, growths = benchmark.run(lambda name, n: tqdm(total=n, desc=name, leave=False, disable=None).update)
     except (FlightEnded, KeyboardInterrupt) as ended:
         samples = f"; {flying.keep_samples(ended, folder / 'ended')}" if isinstance(ended, FlightEnded) else ""
-        print(f"error: {str(ended) or 'interrupted'}{samples}", file=sys.stderr)
-        return 130 if isinstance(ended, FlightInterrupted | KeyboardInterrupt) else 1
+        return fail(ended, f"{reason(ended)}{samples}")
     print(benchmark_text(summary))
-    if not peers and not arguments.no_peers:
+    if not casadi_every and not arguments.no_peers:
         print("\npeers need the package casadi: pip install 'a2s_drake[bench]'")
     save_figure(growth_figure(growths), folder / "growth")
     if arguments.json is not None:

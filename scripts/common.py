@@ -6,12 +6,13 @@ import os
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import NoReturn
 
 from a2s_drake import Scenario, ScenarioError
 from a2s_drake.common import files
+from a2s_drake.common.files import what_is_kept as what_is_kept
 from a2s_drake.common.quoting import MESSAGE_LENGTH, one_line
 from a2s_drake.flight import feasible
 from a2s_drake.scenario.parts import LAW_NAMES
@@ -26,19 +27,6 @@ class UsageError(Exception):
 
     def __init__(self, message: object) -> None:
         super().__init__(one_line(str(message), MESSAGE_LENGTH))
-
-
-class ResultsError(OSError):
-    """Results that cannot be written; its one line also says what is kept."""
-
-
-@contextlib.contextmanager
-def what_is_kept(words: str) -> Iterator[None]:
-    """Raises ResultsError, which adds what is kept, for an OSError of the code inside."""
-    try:
-        yield
-    except OSError as failure:
-        raise ResultsError(f"{files.in_words(failure)}; {words}") from failure
 
 
 class Parser(argparse.ArgumentParser):
@@ -280,7 +268,7 @@ def open_live_view(scenario: Scenario) -> Scene:
     return scene
 
 
-def keep_serving() -> None:
+def serve_until_enter() -> None:
     """Waits for Enter or Ctrl-C where a person sits at the terminal, so that a live view stays open."""
     if sys.stdin is not None and sys.stdin.isatty():
         print("the live view stays open until you press Enter", flush=True)

@@ -2,7 +2,6 @@
 
 if __name__ == "__main__":
     import scripts.startup  # first, as the imports below take long
-import sys
 from concurrent.futures.process import BrokenProcessPool
 
 from a2s_drake import FlightEnded
@@ -11,6 +10,7 @@ from a2s_drake.study.paper.comparison import comparison_table
 from a2s_drake.study.pool import fly_each, worker_processes
 from a2s_drake.views.figures import attitude_figure, channel_gain_figure, save_figure
 from scripts import common, flying
+from scripts.failure import fail, reason
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -30,8 +30,7 @@ def main(argv: list[str] | None = None) -> int:
         flying.plan_ahead(own)
         common.make_folder(folder)
     except common.UsageError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
+        return fail(error)
     done = {}
     try:
         with worker_processes(arguments.jobs) as workers:
@@ -39,12 +38,10 @@ def main(argv: list[str] | None = None) -> int:
                 flying.write_results(flight, folder / law)
                 done[law] = flight
     except (FlightEnded, BrokenProcessPool, OSError, KeyboardInterrupt) as ended:
-        reason = flying.in_words(ended) or "interrupted"
+        words = reason(ended)
         if isinstance(ended, FlightEnded):
-            reason += f"; {flying.keep_samples(ended, folder / ended.flight.scenario.attitude_law.name)}"
-        kept = ", ".join(done) or "none"
-        print(f"error: {reason}; flown to the end and kept in {folder}: {kept}", file=sys.stderr)
-        return 130 if isinstance(ended, KeyboardInterrupt) else 1
+            words += f"; {flying.keep_samples(ended, folder / ended.flight.scenario.attitude_law.name)}"
+        return fail(ended, f"{words}; flown to the end and kept in {folder}: {', '.join(done) or 'none'}")
     flights = {law: done[law] for law in laws}
     print(comparison_table(flights))
     with common.what_is_kept(f"the flights are in {folder}"):

@@ -10,11 +10,7 @@ import time
 from collections.abc import Callable
 from types import FrameType
 
-# These repeat `a2s_drake.common.interrupts`, whose package takes long to import; a test holds them equal.
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-
-# A terminal and a program that passes signals on can both deliver the same request: what comes within this time, s.
-_ONE_REQUEST = 1.0
+from a2s_drake.common.interrupts import ENDING_SIGNALS, ONE_REQUEST
 
 # After which time to interrupt again where Python could not pass an interrupt on, s.
 _AGAIN = 0.05
@@ -22,7 +18,7 @@ _AGAIN = 0.05
 
 def listen(answer: Callable[[int, FrameType | None], object] | signal.Handlers) -> None:
     """Sets what answers to the signals that ask a process to end, but for those that the caller has it ignore."""
-    for number in _SIGNALS:
+    for number in ENDING_SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, answer)
 
@@ -49,7 +45,7 @@ class Interruption:
         if self._number == 0:
             self._number, self._time = number, time.monotonic()
             raise KeyboardInterrupt
-        if time.monotonic() - self._time > _ONE_REQUEST:
+        if time.monotonic() - self._time > ONE_REQUEST:
             end_at_once(self._number, None)
 
     def __bool__(self) -> bool:

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from a2s_drake import Flight, Scenario
 from a2s_drake.common.arrays import BoolArray, FloatArray
+from a2s_drake.common.signals import State
 from a2s_drake.control.horizon import Plan, Reference
 from a2s_drake.flight.metrics import position_error
 from a2s_drake.guidance.laws import LAW_STYLES
@@ -64,7 +65,7 @@ def channel_map_figure(
 def plan_figure(scenario: Scenario, plan: Plan, reference: Reference, terms: Mapping[str, FloatArray]) -> Figure:
     """One plan of the MPC over its horizon, dots where a rotor is on a bound; `terms` as of `cost_terms`."""
     time = scenario.mpc.period * np.arange(len(plan.state))
-    position, attitude, velocity, rate = (plan.state[:, i : i + 3] for i in range(0, 12, 3))
+    position, attitude, velocity, rate = State(plan.state).parts
     figure = Figure(figsize=(2.1 * COLUMN, 1.75 * COLUMN), layout="constrained")
     grid = figure.subplots(3, 2, sharex=True)
     rows: tuple[tuple[Axes, FloatArray, str, str], ...] = (

@@ -1,6 +1,5 @@
 """Flying for the scripts: plans, one flight or many, and what is written of them."""
 
-import sys
 import warnings
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
@@ -12,12 +11,12 @@ from tqdm import tqdm
 
 import a2s_drake
 import diagrams
-from a2s_drake import Flight, FlightEnded, FlightInterrupted, Scenario, ScenarioError, compute_metrics, run_flight
-from a2s_drake.common.files import held, in_words, written_whole
-from a2s_drake.common.interrupts import interrupts_put_off
+from a2s_drake import Flight, FlightEnded, Scenario, ScenarioError, compute_metrics, run_flight
+from a2s_drake.common.files import in_words, what_is_kept, written_whole
+from a2s_drake.flight.folder import PLAN
+from a2s_drake.flight.folder import write_results as write_folder
 from a2s_drake.flight.log import Sample
-from a2s_drake.flight.metrics import write_metrics
-from a2s_drake.guidance.plan.block import PlannedReference
+from a2s_drake.guidance.laws import find_law
 from a2s_drake.guidance.plan.cache import (
     OtherPlanError,
     find_plan,
@@ -25,26 +24,20 @@ from a2s_drake.guidance.plan.cache import (
     load_plan,
     make_plan,
     plan_file,
-    save_plan,
+    plan_for_law,
 )
 from a2s_drake.guidance.plan.plan import Progress
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.study.pool import fly_each, worker_processes
-from a2s_drake.study.store import FlightStore, code_digest, fly_kept
+from a2s_drake.study.store import FlightStore, code_digest, load_or_fly
 from a2s_drake.views.replay import write_replay
 from diagrams import build_closed_loop
-from scripts.common import UsageError, show_warnings, what_is_kept
-
-# The file of a flight's folder that holds its plan.
-PLAN = "plan.npz"
+from scripts.common import UsageError, show_warnings
+from scripts.failure import fail, reason
 
 
 class CampaignEnded(Exception):
-    """A campaign that ended early: its one line, and the script's exit code."""
-
-    def __init__(self, message: str, code: int) -> None:
-        super().__init__(message)
-        self.code = code
+    """A campaign that ended early. Its text is one line; its cause is what ended it."""
 
 
 def plan_ahead(
@@ -59,7 +52,7 @@ def plan_ahead(
     Raises:
       UsageError: when there is a time limit and nothing to plan, or the mission cannot be planned.
     """
-    if scenario.attitude_law.name != "planned":
+    if not find_law(scenario.attitude_law.name).needs_plan:
         if time_limit is not None:
             raise UsageError(f"--plan-within: the law {scenario.attitude_law.name} makes no plan")
         return None
@@ -97,8 +90,7 @@ def fly(
     label = scenario.attitude_law.name
     with tqdm(total=len(scenario.sample_times()), desc=label, position=row, leave=False, disable=None) as bar:
         rate = 0.0 if observer is None else 1.0
-        law = None if plan is None else PlannedReference(plan, scenario.airframe, scenario.mission, scenario.mpc)
-        diagram = build_closed_loop(scenario, law=law)
+        diagram = build_closed_loop(scenario, plan=plan or plan_for_law(scenario))
         return run_flight(diagram, scenario, bar.update, observer=observer, target_realtime_rate=rate)
 
 
@@ -113,10 +105,10 @@ def fly_quietly(scenario: Scenario, _place: int) -> Flight:
     """Flies a validated scenario in closed loop, without a progress bar of its own."""
     with warnings.catch_warnings():
         show_warnings()
-        return run_flight(build_closed_loop(scenario), scenario)
+        return run_flight(build_closed_loop(scenario, plan=plan_for_law(scenario)), scenario)
 
 
-def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> dict[str, Flight]:
+def fly_campaign(scenarios: Mapping[str, Scenario], folder: Path, jobs: int) -> dict[str, Flight]:
     """Flights by name; those flown before by the same code are taken from `folder`, and new ones kept there.
 
     Raises:
@@ -129,25 +121,23 @@ def fly_campaign(planned: Mapping[str, Scenario], folder: Path, jobs: int) -> di
         with warnings.catch_warnings(), worker_processes(jobs) as workers:
             show_warnings()
             store = FlightStore(folder, digest)
-            missing = {name: scenario for name, scenario in planned.items() if not store.holds(scenario)}
+            missing = {name: scenario for name, scenario in scenarios.items() if not store.holds(scenario)}
             _plan_each(missing, workers)
-            done = fly_kept(planned, fly_quietly, store, workers)
-            return dict(tqdm(done, total=len(planned), unit="flight", disable=None))
-    except KeyboardInterrupt:
-        raise CampaignEnded(f"interrupted; {kept}", 130) from None
+            done = load_or_fly(scenarios, fly_quietly, store, workers)
+            return dict(tqdm(done, total=len(scenarios), unit="flight", disable=None))
     except FlightEnded as ended:
-        code = 130 if isinstance(ended, FlightInterrupted) else 1
-        raise CampaignEnded(f"{ended}; {keep_samples(ended, folder / 'ended')}; {kept}", code) from ended
-    except (OSError, BrokenProcessPool) as failure:
-        raise CampaignEnded(f"{in_words(failure)}; {kept}", 1) from failure
-    except ScenarioError as refused:  # by the planner, which asks more of a scenario than its validation can
-        raise CampaignEnded(f"{refused}; {kept}", 2) from refused
+        raise CampaignEnded(f"{ended}; {keep_samples(ended, folder / 'ended')}; {kept}") from ended
+    # The planner asks more of a scenario than its validation can, and then raises ScenarioError.
+    except (KeyboardInterrupt, OSError, BrokenProcessPool, ScenarioError) as error:
+        raise CampaignEnded(f"{reason(error)}; {kept}") from error
 
 
 def _plan_each(scenarios: Mapping[str, Scenario], workers: Executor) -> None:
     """Makes every plan that these flights need and that is not kept whole, each of them once."""
     needed = {
-        plan_file(scenario): scenario for scenario in scenarios.values() if scenario.attitude_law.name == "planned"
+        plan_file(scenario): scenario
+        for scenario in scenarios.values()
+        if find_law(scenario.attitude_law.name).needs_plan
     }
     missing = {file.name: scenario for file, scenario in needed.items() if find_plan(scenario) is None}
     if missing:
@@ -157,14 +147,13 @@ def _plan_each(scenarios: Mapping[str, Scenario], workers: Executor) -> None:
 
 
 def fly_study(
-    planned: Mapping[str, Scenario], out: Path, jobs: int, tell: Callable[[dict[str, Flight]], str], file: str
+    scenarios: Mapping[str, Scenario], out: Path, jobs: int, tell: Callable[[dict[str, Flight]], str], file: str
 ) -> int:
     """Flies a study, prints what `tell` makes of its flights, and writes that to a file in `out`; the exit code."""
     try:
-        flights = fly_campaign(planned, out / "flights", jobs)
+        flights = fly_campaign(scenarios, out / "flights", jobs)
     except CampaignEnded as ended:
-        print(f"error: {ended}", file=sys.stderr)
-        return ended.code
+        return fail(ended)
     report = tell(flights)
     print(report)
     with what_is_kept(f"the flights are in {out / 'flights'}"), written_whole(out / file) as part:
@@ -182,45 +171,19 @@ def keep_samples(ended: FlightEnded, folder: Path) -> str:
     return f"its {len(ended.flight.time)} samples are in {folder}"
 
 
-@interrupts_put_off()
 def write_results(
     flight: Flight, folder: Path, plan: AttitudeSpline | None = None, *, csv: bool = False, replay: bool = False
 ) -> None:
-    """Writes scenario.yaml, flight.npz, the plan if any, where there is a sample metrics.json, and what is asked for.
-
-    What is there of an earlier flight goes, so that all in the folder is of one, even after an interrupt. Of two
-    processes that write into the same folder at the same time, one waits for the other.
-
-    Raises:
-      ResultsError: when the disk refuses, or the replay cannot be made; says what is kept.
-    """
-    with what_is_kept(f"{folder} is as it was"):
-        folder.mkdir(parents=True, exist_ok=True)
-    with held(folder):
-        with what_is_kept(f"{folder} is as it was"):
-            if plan is None:
-                flight.save(folder)
-            else:
-                with written_whole(folder / PLAN) as part:
-                    save_plan(plan, part, flight.scenario)
-                    flight.save(folder)
-        # Only now is the new flight safe, and what is left of the one before can go.
-        with what_is_kept(f"the flight itself is in {folder}"):
-            for name in ("metrics.json", "flight.csv", "replay.html", *([] if plan else [PLAN])):
-                (folder / name).unlink(missing_ok=True)
-            if len(flight.time):
-                write_metrics(flight, folder)
-            if csv:
-                flight.save_csv(folder / "flight.csv")
-            if replay and len(flight.time):
-                write_replay(flight, folder / "replay.html")
+    """`a2s_drake.flight.folder.write_results`, with replay.html where it is asked for."""
+    write_folder(flight, folder, plan, csv=csv, replay=write_replay if replay else None)
 
 
 def summary(flight: Flight) -> str:
     """A flight in one line."""
     metrics = compute_metrics(flight)
+    solver = f"{metrics['solver']['failures']} solver failures" if metrics["solver"]["present"] else "no solver"
     return (
         f"{metrics['law']}: {metrics['throughput_bit_per_hz']:.3f} bit/Hz over {flight.time[-1]:.2f} s, "
-        f"position error at most {100 * metrics['position_error_max_m']:.2f} cm, {metrics['solver']['failures']} "
-        f"solver failures, {metrics['real_time_factor']:.2g} times real time"
+        f"position error at most {100 * metrics['position_error_max_m']:.2f} cm, {solver}, "
+        f"{metrics['real_time_factor']:.2g} times real time"
     )

@@ -2,15 +2,14 @@
 
 if __name__ == "__main__":
     import scripts.startup  # first, as the imports below take long
-import sys
 
 import diagrams
-from a2s_drake.common.files import in_words
 from a2s_drake.study.paper.attribution import without_rate_bound
-from a2s_drake.study.paper.reproduction import HEADLINE, PRINTED, headline_flights, planned_flights
+from a2s_drake.study.paper.reproduction import HEADLINE, PRINTED, headline_flights, report_scenarios
 from a2s_drake.views.replay import write_replay
-from a2s_drake.views.report.publish import publish
+from a2s_drake.views.report.write import write_report
 from scripts import common, flying
+from scripts.failure import fail, reason
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -26,32 +25,29 @@ def main(argv: list[str] | None = None) -> int:
         default = "results/reproduce-quick" if arguments.quick else "results/reproduce"
         out = common.make_study_folder(arguments.out, default, "figures")
     except common.UsageError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
+        return fail(error)
     bases = {name: diagrams.load_scenario(name) for name in (HEADLINE, PRINTED)}
-    planned = planned_flights(bases, quick=arguments.quick)
+    scenarios = report_scenarios(bases, quick=arguments.quick)
     try:
-        flights = flying.fly_campaign(planned, out / "flights", arguments.jobs)
+        flights = flying.fly_campaign(scenarios, out / "flights", arguments.jobs)
     except flying.CampaignEnded as ended:
-        print(f"error: {ended}", file=sys.stderr)
-        return ended.code
+        return fail(ended)
     # Both bases are named scenarios: there is nothing in them that planning could refuse.
     unbounded = None if arguments.quick else flying.plan_ahead(without_rate_bound(bases[PRINTED]))
     with common.what_is_kept(f"flights done are kept in {out / 'flights'}"):
-        results = publish(bases, flights, out, unbounded)
-    gains = results["headline"]["gain_percent"]
-    print(f"three axes over level {gains['over_level']:+.2f} %, over pitch only {gains['over_pitch_only']:+.2f} %")
-    if not arguments.quick:
-        gains = results["beyond"]["gain_percent"]
-        print(f"Table I as printed: three axes over level {gains['three_axis_over_level']:+.2f} %, ", end="")
-        print(f"planned {gains['planned_over_level']:+.2f} %")
+        results = write_report(bases, flights, out, unbounded)
+    gains = results.headline.gain_percent
+    print(f"three axes over level {gains.over_level:+.2f} %, over pitch only {gains.over_pitch_only:+.2f} %")
+    if results.planned is not None:
+        gains = results.planned.gain_percent
+        print(f"Table I as printed: three axes over level {gains.three_axis_over_level:+.2f} %, ", end="")
+        print(f"planned {gains.planned_over_level:+.2f} %")
     (out / "replay.html").unlink(missing_ok=True)
     if arguments.replay:
         try:
             write_replay(headline_flights(flights)["three_axis"], out / "replay.html")
         except OSError as failure:
-            print(f"error: {in_words(failure)}; the report is in {out}", file=sys.stderr)
-            return 1
+            return fail(failure, f"{reason(failure)}; the report is in {out}")
     print(f"report.html, results.json{', replay.html' if arguments.replay else ''} and figures are in {out}")
     return 0
 

@@ -2,13 +2,13 @@
 
 if __name__ == "__main__":
     import scripts.startup  # first, as the imports below take long
-import sys
 from functools import partial
 from pathlib import Path
 
 from a2s_drake import ScenarioError
 from a2s_drake.study.robustness import robustness_scenarios, robustness_table
 from scripts import common, flying
+from scripts.failure import fail
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -27,8 +27,7 @@ def main(argv: list[str] | None = None) -> int:
         flying.plan_ahead(base)  # What cannot be planned is refused before anything is written.
         out = common.make_study_folder(arguments.out, "results/robustness")
     except (common.UsageError, ScenarioError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
+        return fail(error)
     tell = partial(robustness_table, law=base.attitude_law.name)
     return flying.fly_study(scenarios, out, arguments.jobs, tell, "robustness.md")
 

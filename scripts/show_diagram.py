@@ -2,12 +2,12 @@
 
 if __name__ == "__main__":
     import scripts.startup  # first, as the imports below take long
-import sys
 
 from a2s_drake.common.files import written_whole
 from a2s_drake.views.graph import FORMATS, GraphvizError, read_graph
 from diagrams import BUILDERS
 from scripts import common
+from scripts.failure import fail
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -35,13 +35,11 @@ def main(argv: list[str] | None = None) -> int:
         if arguments.out is not None:
             common.check_file(arguments.out, "--out")
     except common.UsageError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
+        return fail(error)
     try:
         drawn = FORMATS[arguments.format](read_graph(BUILDERS[arguments.name](scenario), arguments.depth))
     except GraphvizError as failure:
-        print(f"error: {failure}", file=sys.stderr)
-        return 1
+        return fail(failure)
     if arguments.out is None:
         print(drawn, end="")
         return 0

@@ -2,13 +2,13 @@
 
 if __name__ == "__main__":
     import scripts.startup  # first, as the imports below take long
-import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from a2s_drake import Flight, FlightEnded, FlightInterrupted
+from a2s_drake import Flight, FlightEnded
 from scripts import common, flying
+from scripts.failure import fail
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -28,12 +28,11 @@ def main(argv: list[str] | None = None) -> int:
         common.make_folder(folder)
         view = common.open_live_view(scenario) if arguments.meshcat else None
     except common.UsageError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
+        return fail(error)
     write = partial(flying.write_results, folder=folder, plan=plan, csv=arguments.csv, replay=arguments.replay)
     code = fly_and_write(partial(flying.fly, scenario, observer=view and view.show, plan=plan), write, folder)
     if view and code != 130:
-        common.keep_serving()
+        common.serve_until_enter()
     return code
 
 
@@ -46,11 +45,9 @@ def fly_and_write(fly: Callable[[], Flight], write: Callable[[Flight], None], fo
     try:
         write(flight)
     except OSError as failure:
-        print(f"error: {f'{ended}; ' if ended else ''}{failure}", file=sys.stderr)
-        return 1
+        return fail(failure, f"{ended}; {failure}" if ended else str(failure))
     if ended:
-        print(f"error: {ended}; its {len(flight.time)} samples are in {folder}", file=sys.stderr)
-        return 130 if isinstance(ended, FlightInterrupted) else 1
+        return fail(ended, f"{ended}; its {len(flight.time)} samples are in {folder}")
     print(flying.summary(flight))
     print(f"written to {folder}" + f"; to watch it, open {folder / 'replay.html'}" * (folder / "replay.html").exists())
     return 0

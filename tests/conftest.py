@@ -1,5 +1,4 @@
 import contextlib
-import copy
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -9,7 +8,8 @@ import pytest
 
 from a2s_drake import Flight, Scenario, run_flight
 from a2s_drake.guidance.path import uav_position
-from a2s_drake.study.ideal_tracking import ideal_study
+from a2s_drake.guidance.plan.cache import plan_for_law
+from a2s_drake.study.ideal_tracking import IdealTracking, measure_ideal_tracking
 from a2s_drake.world.ship import ship_position
 from diagrams import build_closed_loop, load_scenario
 from tests.support.browser import browser, open_page
@@ -44,8 +44,8 @@ def rng() -> np.random.Generator:
 
 
 @pytest.fixture(scope="session")
-def planned_geometry() -> tuple[np.ndarray, np.ndarray]:
-    """Planned UAV and ship positions of Table I at its 2001 samples."""
+def reference_geometry() -> tuple[np.ndarray, np.ndarray]:
+    """Where UAV and ship are meant to be in the mission of Table I at its 2001 samples."""
     scenario = load_scenario("paper")
     times = scenario.sample_times()
     return uav_position(times, scenario.mission), ship_position(times, scenario.mission)
@@ -60,25 +60,25 @@ def fly() -> Callable[..., Flight]:
         key = (name, *overrides)
         if key not in flown:
             scenario = load_scenario(name).with_overrides(overrides).validate()
-            flown[key] = run_flight(build_closed_loop(scenario), scenario)
+            flown[key] = run_flight(build_closed_loop(scenario, plan=plan_for_law(scenario)), scenario)
         return flown[key]
 
     return fly_once
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _ideal_studies_are_made_once() -> Iterator[None]:
-    """Many tests publish a report; the study in it hangs on the scenario alone and takes seconds."""
-    made: dict[str, dict[str, Any]] = {}
+def _ideal_tracking_is_measured_once() -> Iterator[None]:
+    """Many tests write a report. Its study of ideal tracking depends on the scenario alone and takes seconds."""
+    made: dict[str, IdealTracking] = {}
 
-    def study(scenario: Scenario) -> dict[str, Any]:
+    def study(scenario: Scenario) -> IdealTracking:
         key = scenario.to_yaml()
         if key not in made:
-            made[key] = ideal_study(scenario)
-        return copy.deepcopy(made[key])
+            made[key] = measure_ideal_tracking(scenario)
+        return made[key]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("a2s_drake.study.paper.reproduction.ideal_study", study)
+        patch.setattr("a2s_drake.study.paper.reproduction.measure_ideal_tracking", study)
         yield
 
 

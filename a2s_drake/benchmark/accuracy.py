@@ -8,10 +8,11 @@ import numpy as np
 
 from a2s_drake.benchmark.record import TrackingProblem
 from a2s_drake.common.arrays import FloatArray
+from a2s_drake.common.signals import NUM_INPUTS
 from a2s_drake.control.program import input_bounds
 from a2s_drake.control.solve import make_solver
 from a2s_drake.scenario.parts import Airframe, Mpc
-from a2s_drake.vehicle.rigid_body import NUM_INPUTS, RigidBodyModel
+from a2s_drake.vehicle.rigid_body import RigidBodyModel
 
 _EXACT = 1e-9
 _MANY = 20_000  # iterations; OSQP takes some hundreds to get there

@@ -11,16 +11,16 @@ from scipy.sparse import csc_matrix, triu, vstack
 
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.packages import require
+from a2s_drake.common.signals import ANGULAR_VELOCITY, ATTITUDE, NUM_INPUTS, NUM_STATES, VELOCITY
 from a2s_drake.control.horizon import Plan, Reference, state_weights
 from a2s_drake.control.program import INPUT_SCALE, input_bounds, state_bounds
 from a2s_drake.scenario.parts import GRAVITY, Airframe, Mpc
 from a2s_drake.solvers.quadratic_form import QuadraticForm
 from a2s_drake.vehicle.airframe import wrench_map
-from a2s_drake.vehicle.rigid_body import ATTITUDE, NUM_INPUTS, NUM_STATES, RATE, VELOCITY
 
 _STAGE = NUM_STATES + NUM_INPUTS
 
-CONIC_PEERS = ("hpipm", "qpoases", "osqp")
+CASADI_QP_SOLVERS = ("hpipm", "qpoases", "osqp")
 
 
 def _options(name: str, tolerance: float) -> dict[str, Any]:
@@ -40,15 +40,15 @@ def _options(name: str, tolerance: float) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class PeerAnswer:
-    """What a peer answers.
+class CasadiAnswer:
+    """What one of CasADi's solvers answers.
 
     Attributes:
       values: decision variables [x_0, u_0, x_1, ..., x_N], inputs in units of `INPUT_SCALE`.
-      solved: whether the peer calls that a solution within its tolerance.
+      solved: whether the solver calls that a solution within its tolerance.
       seconds: wall time of filling in a sample's numbers and of the call.
       inner_seconds: the part of it that the solver itself says it spent; None where it says nothing.
-      iterations: None where the peer does not say.
+      iterations: None where the solver does not say.
     """
 
     values: FloatArray
@@ -73,7 +73,7 @@ def require_casadi() -> Any:
     return require("casadi", "peers need the package casadi: pip install 'a2s_drake[bench]'")
 
 
-class ConicPeer:
+class CasadiQp:
     """A QP solver behind CasADi's `conic`, set up once for the structure of a hard `LinearizedProgram`.
 
     Arguments and results stand in CasADi's buffers, so a call costs little beyond the solver itself. HPIPM and OSQP
@@ -87,7 +87,7 @@ class ConicPeer:
         """Sets a solver up.
 
         Args:
-          name: one of `CONIC_PEERS`.
+          name: one of `CASADI_QP_SOLVERS`.
           form: of a program of this horizon; its Hessian stays, all other numbers are read at each solve.
           tolerance: of residuals, absolute (and for OSQP relative as well), as `mpc.qp_tolerance`.
         Raises:
@@ -106,7 +106,7 @@ class ConicPeer:
         self._bind_rows(form)
         structure = {"h": _sparsity(casadi, hessian), "a": _sparsity(casadi, self._rows)}
         with contextlib.redirect_stdout(io.StringIO()):  # qpOASES introduces itself, twice.
-            solver = casadi.conic("peer", name, structure, options)
+            solver = casadi.conic("casadi_qp", name, structure, options)
             self._buffer, self._call = solver.buffer()
         self._values = np.zeros(form.P.shape[0])
         # HPIPM crashes where an argument or a result has no place, so all have one.
@@ -130,8 +130,8 @@ class ConicPeer:
         start = stacked[self._pinned :, : self._pinned].tocoo()
         self._start = (start.row, start.col, start.data.astype(int) - 1)
 
-    def solve(self, form: QuadraticForm) -> PeerAnswer:
-        """Solves a form of the structure that the peer was set up for."""
+    def solve(self, form: QuadraticForm) -> CasadiAnswer:
+        """Solves a form of the structure that the solver was set up for."""
         began = time.perf_counter()
         self._fill(form)
         for i, view in enumerate(self._results):  # Not once for all: HPIPM's interface leaves other addresses behind.
@@ -142,7 +142,7 @@ class ConicPeer:
         total = stats.get("t_wall_solver", 0.0)  # of all calls through this buffer
         inner, self._inner_total = total - self._inner_total, total
         iterations = max(stats.get("iter_count", 0), 0)  # 0 or -1 where CasADi does not pass them on.
-        return PeerAnswer(self._values.copy(), stats["success"], seconds, inner or None, iterations or None)
+        return CasadiAnswer(self._values.copy(), stats["success"], seconds, inner or None, iterations or None)
 
     def _fill(self, form: QuadraticForm) -> None:
         numbers, pinned = self._in, self._pinned
@@ -169,7 +169,7 @@ def _sparsity(casadi: Any, matrix: Any) -> Any:
     return casadi.Sparsity(*matrix.shape, matrix.indptr.tolist(), matrix.indices.tolist())
 
 
-class WholePeer:
+class CasadiNlp:
     """IPOPT on the whole nonlinear program with exact Hessians, by CasADi's automatic differentiation.
 
     Multiple shooting over the same RK4 steps, cost, bounds and scaling as `NonlinearProgram`, written down once more in
@@ -194,12 +194,12 @@ class WholePeer:
         settings = {"ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.tol": 1e-6, "ipopt.max_iter": 300}
         options = {"print_time": False, "record_time": True, "error_on_fail": False} | settings
         program = {"x": variables, "p": casadi.vertcat(casadi.vec(target), casadi.vec(wanted)), "f": cost, "g": defects}
-        self._solver = casadi.nlpsol("whole_peer", "ipopt", program, options)
+        self._solver = casadi.nlpsol("casadi_nlp", "ipopt", program, options)
         lower, upper = (np.broadcast_to(side, (mpc.horizon + 1, NUM_STATES)) for side in state_bounds(mpc))
         low, high = (np.full((mpc.horizon, NUM_INPUTS), side) for side in input_bounds(airframe))
         self._lower, self._upper = _values(Plan(lower, low)), _values(Plan(upper, high))
 
-    def solve(self, x0: FloatArray, reference: Reference, guess: Plan) -> PeerAnswer:
+    def solve(self, x0: FloatArray, reference: Reference, guess: Plan) -> CasadiAnswer:
         """Solves from a measured state (12,), starting from a guessed plan."""
         began = time.perf_counter()
         target = np.concatenate([reference.state.ravel(), reference.input.ravel() / INPUT_SCALE])
@@ -209,7 +209,7 @@ class WholePeer:
         seconds = time.perf_counter() - began
         stats = self._solver.stats()
         values = np.asarray(answer["x"]).ravel()
-        return PeerAnswer(values, stats["success"], seconds, stats["t_wall_total"], stats["iter_count"])
+        return CasadiAnswer(values, stats["success"], seconds, stats["t_wall_total"], stats["iter_count"])
 
 
 def _values(plan: Plan) -> FloatArray:
@@ -231,7 +231,7 @@ def _rk4_step(casadi: Any, airframe: Airframe, period: float) -> Any:
 
 def _slope(casadi: Any, airframe: Airframe, x: Any, u: Any) -> Any:
     """dx/dt: Newton in W, Euler in B, and the ZYX Euler angles' kinematics."""
-    eta, velocity, omega = x[ATTITUDE], x[VELOCITY], x[RATE]
+    eta, velocity, omega = x[ATTITUDE], x[VELOCITY], x[ANGULAR_VELOCITY]
     (sr, sp, sy), (cr, cp, cy) = (casadi.vertsplit(wave(eta)) for wave in (casadi.sin, casadi.cos))
     R_x = _matrix(casadi, [[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
     R_y = _matrix(casadi, [[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])

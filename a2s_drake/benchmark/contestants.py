@@ -7,16 +7,17 @@ from typing import Protocol, TypeVar
 import numpy as np
 from pydrake.solvers import MathematicalProgram
 
-from a2s_drake.benchmark.casadi import ConicPeer, WholePeer
+from a2s_drake.benchmark.casadi import CasadiNlp, CasadiQp
 from a2s_drake.benchmark.plain import PlainOsqp
 from a2s_drake.benchmark.record import TrackingProblem
 from a2s_drake.common.arrays import FloatArray
+from a2s_drake.common.signals import NUM_INPUTS
 from a2s_drake.control.horizon import Plan
 from a2s_drake.control.program import LinearizedProgram
 from a2s_drake.control.solve import QP_SOLVERS, QpAnswer, QpSolver, RealTimeIteration
 from a2s_drake.scenario.parts import Airframe, Mpc
 from a2s_drake.solvers.quadratic_form import QuadraticForm
-from a2s_drake.vehicle.rigid_body import NUM_INPUTS, RigidBodyModel
+from a2s_drake.vehicle.rigid_body import RigidBodyModel
 
 
 @dataclass(frozen=True)
@@ -117,39 +118,39 @@ class Plain:
 
 
 class Conic:
-    """A `ConicPeer` on the MPC's own QP. Only its `solve` is timed: reading the program's numbers, and the call."""
+    """A `CasadiQp` on the MPC's own QP. Only its `solve` is timed: reading the program's numbers, and the call."""
 
     def __init__(self, name: str, airframe: Airframe, mpc: Mpc) -> None:
         self._program = LinearizedProgram(RigidBodyModel.of(airframe), airframe, mpc)
         self._name, self._mpc = name, mpc
         self._form: QuadraticForm | None = None
-        self._peer: ConicPeer | None = None
+        self._casadi: CasadiQp | None = None
 
     def run(self, problem: TrackingProblem) -> Run:
         """See `Contestant.run`."""
         self._program.linearize(problem.guess.starting_at(problem.x0))
         self._program.aim(problem.reference)
-        if self._form is None or self._peer is None:
+        if self._form is None or self._casadi is None:
             # Set up here, untimed, since a form wants numbers to find its sparsity by.
             self._form = QuadraticForm(self._program.prog)
-            self._peer = ConicPeer(self._name, self._form, self._mpc.horizon, self._mpc.qp_tolerance)
+            self._casadi = CasadiQp(self._name, self._form, self._mpc.horizon, self._mpc.qp_tolerance)
         begin = perf_counter()
         if not self._form.refresh(self._program.prog):
             raise RuntimeError("the program changed its structure")
-        answer = self._peer.solve(self._form)
+        answer = self._casadi.solve(self._form)
         seconds = perf_counter() - begin
         iterations = np.nan if answer.iterations is None else answer.iterations
         return Run({"solve": seconds}, _first_input(answer.plan if answer.solved else None), iterations)
 
 
 class Whole:
-    """`WholePeer`: the nonlinear program solved to the end, where others solve one QP."""
+    """`CasadiNlp`: the nonlinear program solved to the end, where others solve one QP."""
 
     def __init__(self, airframe: Airframe, mpc: Mpc) -> None:
-        self._peer = WholePeer(airframe, mpc)
+        self._casadi = CasadiNlp(airframe, mpc)
 
     def run(self, problem: TrackingProblem) -> Run:
         """See `Contestant.run`."""
-        answer = self._peer.solve(problem.x0, problem.reference, problem.guess)
+        answer = self._casadi.solve(problem.x0, problem.reference, problem.guess)
         iterations = np.nan if answer.iterations is None else answer.iterations
         return Run({"whole": answer.seconds}, _first_input(answer.plan if answer.solved else None), iterations)

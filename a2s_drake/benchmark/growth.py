@@ -1,18 +1,16 @@
 """How the time of a step grows with the horizon."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from pydrake.systems.framework import Diagram
 
 from a2s_drake.benchmark.contestants import Own, Run
 from a2s_drake.benchmark.record import TrackingProblem, record
 from a2s_drake.benchmark.timing import time_interleaved
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.control.ladder import Planner
 from a2s_drake.control.solve import QP_SOLVERS
 from a2s_drake.flight import feasible
 from a2s_drake.scenario.scenario import Scenario
@@ -79,16 +77,10 @@ class _AtHorizon:
         return self._own.run(problems[self._horizon])
 
 
-def measure_growth(
-    scenarios: Mapping[int, Scenario], build: Callable[[Scenario, Planner], Diagram]
-) -> dict[str, Growth]:
-    """Growth of each of `QP_SOLVERS` over `growth_scenarios`, all horizons and solvers by turns.
-
-    Args:
-      build: see `record`.
-    """
+def measure_growth(scenarios: Mapping[int, Scenario]) -> dict[str, Growth]:
+    """Growth of each of `QP_SOLVERS` over `growth_scenarios`, all horizons and solvers by turns."""
     # The last problems: each flight has one a sample from the second on, and before it those of a cold start.
-    recorded = {n: record(scenario, build)[1][::-1] for n, scenario in scenarios.items()}
+    recorded = {n: record(scenario)[1][::-1] for n, scenario in scenarios.items()}
     count = min(map(len, recorded.values()))
     samples = [{n: problems[k] for n, problems in recorded.items()} for k in range(count)]
     contestants = {

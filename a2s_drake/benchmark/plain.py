@@ -4,11 +4,12 @@ import numpy as np
 from pydrake.solvers import MathematicalProgram, OsqpSolver, SolverOptions
 
 from a2s_drake.common.arrays import FloatArray
+from a2s_drake.common.signals import NUM_INPUTS, NUM_STATES
 from a2s_drake.control.horizon import Plan, Reference, state_weights
 from a2s_drake.control.program import input_bounds, state_bounds
 from a2s_drake.control.solve import Solution
 from a2s_drake.scenario.parts import Airframe, Mpc
-from a2s_drake.vehicle.rigid_body import NUM_INPUTS, NUM_STATES, RigidBodyModel
+from a2s_drake.vehicle.rigid_body import RigidBodyModel
 
 # Constants of its own, lest tuning the MPC move the baseline.
 _SCALE = 1.0e4  # Hz^2 per unit of an input; without it OSQP takes far longer.
@@ -92,7 +93,8 @@ def _linearized_rk4(
     Returns:
       shapes (N, 12), (N, 12, 12) and (N, 12, 6).
     """
-    slope, by_state, by_input = np.zeros_like(x), np.zeros((len(x), 12, 12)), np.zeros((len(x), 12, 6))
+    slope, by_state = np.zeros_like(x), np.zeros((len(x), NUM_STATES, NUM_STATES))
+    by_input = np.zeros((len(x), NUM_STATES, NUM_INPUTS))
     totals = [np.zeros_like(part) for part in (slope, by_state, by_input)]
     for offset, weight in ((0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)):
         stage = x + offset * period * slope

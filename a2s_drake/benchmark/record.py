@@ -4,14 +4,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from pydrake.systems.framework import Diagram
-
 from a2s_drake.common.arrays import FloatArray
+from a2s_drake.control.controller import MpcController
 from a2s_drake.control.horizon import Plan, Reference
 from a2s_drake.control.ladder import Planner
 from a2s_drake.control.solve import Solution, TrackingSolver, make_solver
+from a2s_drake.diagrams import Blocks, build_closed_loop
 from a2s_drake.flight.log import Flight, FlightEnded
 from a2s_drake.flight.run import run_flight
+from a2s_drake.guidance.laws import find_law
+from a2s_drake.guidance.plan.cache import plan_for_law
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.vehicle.rigid_body import RigidBodyModel
 
@@ -40,22 +42,22 @@ class _Recorder:
         return solution
 
 
-def record(
-    scenario: Scenario, build: Callable[[Scenario, Planner], Diagram], progress: Callable[[int], Any] | None = None
-) -> tuple[Flight, list[TrackingProblem]]:
+def record(scenario: Scenario, progress: Callable[[int], Any] | None = None) -> tuple[Flight, list[TrackingProblem]]:
     """Flies a validated scenario and records its problems as posed, without those with softened bounds.
 
     There is one a sample, and at the first sample, whose cold start iterates, some more.
 
     Args:
-      build: makes the closed loop around a planner.
       progress: called with 1 after each sample.
     Raises:
       FlightEnded: see `run_flight`; and when there was no problem to record.
     """
-    airframe, mpc = scenario.airframe, scenario.mpc
+    airframe, mpc, law = scenario.airframe, scenario.mpc, find_law(scenario.attitude_law.name)
     recorder = _Recorder(make_solver(RigidBodyModel.of(airframe), airframe, mpc))
-    flight = run_flight(build(scenario, Planner(airframe, mpc, recorder)), scenario, progress)
+    planner, fed = Planner(airframe, mpc, recorder), law.needs_plan and mpc.feedforward
+    blocks = Blocks(controller=lambda _: MpcController(airframe, mpc, planner, feedforward=fed))
+    diagram = build_closed_loop(scenario, blocks=blocks, plan=plan_for_law(scenario))
+    flight = run_flight(diagram, scenario, progress)
     if not recorder.problems:
         raise FlightEnded("the flight posed no problem that could be linearised", flight)
     return flight, recorder.problems

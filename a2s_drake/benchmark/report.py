@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-_PEERS = {
+_CASADI_SOLVERS = {
     "hpipm": "CasADi + HPIPM",
     "qpoases": "CasADi + qpOASES",
     "osqp": "CasADi + OSQP",
@@ -14,7 +14,7 @@ _STATISTICS = ("median", "p99", "p99_9", "max")
 
 def benchmark_text(summary: Mapping[str, Any]) -> str:
     """The tables of a summary, ready to print."""
-    parts = [_flight(summary), _step(summary), _peers(summary), _growth(summary)]
+    parts = [_flight(summary), _step(summary), _casadi(summary), _growth(summary)]
     return "\n\n".join(part for part in parts if part)
 
 
@@ -49,7 +49,7 @@ def _step(summary: Mapping[str, Any]) -> str:
     return f"{_table(rows)}\niterations: {'; '.join(counts)}\n{off}"
 
 
-def _peers(summary: Mapping[str, Any]) -> str:
+def _casadi(summary: Mapping[str, Any]) -> str:
     if not summary["peers"]:
         return ""
     header = [
@@ -64,12 +64,12 @@ def _peers(summary: Mapping[str, Any]) -> str:
         "failed",
     ]
     rows = [header]
-    for name, peer in summary["peers"].items():
-        counted = f"{peer['iterations']['median']:.0f}" if peer["iterations"] else "-"
-        times = [f"{peer['time_ms'][key]:.2f} ms" for key in ("median", "max")]
-        label, ours = f"{_PEERS[name]}, {peer['compared']}", f"{peer['own_median_ms']:.2f} ms"
-        ending = [counted, _percent(peer["deviation_percent"]), str(peer["failures"])]
-        rows.append([label, str(peer["problems"]), *times, ours, f"{peer['ratio']:.2f}", *ending])
+    for name, other in summary["peers"].items():
+        counted = f"{other['iterations']['median']:.0f}" if other["iterations"] else "-"
+        times = [f"{other['time_ms'][key]:.2f} ms" for key in ("median", "max")]
+        label, ours = f"{_CASADI_SOLVERS[name]}, {other['compared']}", f"{other['own_median_ms']:.2f} ms"
+        ending = [counted, _percent(other["deviation_percent"]), str(other["failures"])]
+        rows.append([label, str(other["problems"]), *times, ours, f"{other['ratio']:.2f}", *ending])
     notes = [
         "ratio: the peer's median over ours. QP solve: from a program with its numbers updated to the solution, so all",
         "include reading the program; the linearisation before it is the same. IPOPT is set against a whole step: it",

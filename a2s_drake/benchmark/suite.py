@@ -6,16 +6,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import Diagram
 
 from a2s_drake.benchmark.accuracy import exact_inputs
-from a2s_drake.benchmark.casadi import CONIC_PEERS
+from a2s_drake.benchmark.casadi import CASADI_QP_SOLVERS
 from a2s_drake.benchmark.contestants import Conic, Contestant, Own, Plain, Whole
 from a2s_drake.benchmark.growth import Growth, growth_scenarios, measure_growth
 from a2s_drake.benchmark.record import TrackingProblem, record
 from a2s_drake.benchmark.summary import peak_memory_mib, summarise
 from a2s_drake.benchmark.timing import runs_in_a_row, spread, time_interleaved
-from a2s_drake.control.ladder import Planner
 from a2s_drake.control.solve import QP_SOLVERS
 from a2s_drake.scenario.checks import ScenarioError
 from a2s_drake.scenario.parts import Airframe, Mpc
@@ -34,13 +32,11 @@ class Benchmark:
 
     Attributes:
       scenario: validated.
-      build: makes the closed loop around a planner.
-      peers_every: peers solve every how many-th problem, slow ones fewer; 0 for no peers.
+      casadi_every: CasADi's solvers solve every how many-th problem, slow ones fewer; 0 leaves them out.
     """
 
     scenario: Scenario
-    build: Callable[[Scenario, Planner], Diagram]
-    peers_every: int
+    casadi_every: int
 
     def check(self) -> None:
         """Raises ScenarioError when the scenario cannot be benchmarked."""
@@ -60,23 +56,23 @@ class Benchmark:
         """
         airframe, mpc = self.scenario.airframe, self.scenario.mpc
         # No name for a progress function: its bar goes when the stage does.
-        flight, problems = record(self.scenario, self.build, progress("flying", len(self.scenario.sample_times())))
+        flight, problems = record(self.scenario, progress("flying", len(self.scenario.sample_times())))
         memory = {"flight": peak_memory_mib()}
         exact = exact_inputs(problems, airframe, mpc, progress("solving exactly", len(problems)))
         contestants: dict[str, Contestant[TrackingProblem]] = {"own": Own(airframe, mpc), "plain": Plain(airframe, mpc)}
         places: dict[str, NDArray[np.intp]] = {}
-        if self.peers_every:
-            peers = _peers(airframe, mpc)
-            contestants |= peers
-            places = {name: spread(len(problems), self.peers_every, len(problems)) for name in peers}
-            places["ipopt"] = spread(len(problems), self.peers_every, _MOST_BY_IPOPT)
+        if self.casadi_every:
+            others = _casadi_solvers(airframe, mpc)
+            contestants |= others
+            places = {name: spread(len(problems), self.casadi_every, len(problems)) for name in others}
+            places["ipopt"] = spread(len(problems), self.casadi_every, _MOST_BY_IPOPT)
             places["qpoases"] = runs_in_a_row(len(problems), _RUNS_BY_QPOASES, _RUN_BY_QPOASES)
         timings = time_interleaved(problems, contestants, places, progress("timing", len(problems)))
-        growths = measure_growth(growth_scenarios(self.scenario), self.build)
+        growths = measure_growth(growth_scenarios(self.scenario))
         summary = summarise(flight, timings, exact, growths)
         return summary | {"peak_memory_mib": memory | {"benchmark": peak_memory_mib()}}, growths
 
 
-def _peers(airframe: Airframe, mpc: Mpc) -> dict[str, Contestant[TrackingProblem]]:
-    conic = {name: Conic(name, airframe, mpc) for name in CONIC_PEERS}
+def _casadi_solvers(airframe: Airframe, mpc: Mpc) -> dict[str, Contestant[TrackingProblem]]:
+    conic = {name: Conic(name, airframe, mpc) for name in CASADI_QP_SOLVERS}
     return {**conic, "ipopt": Whole(airframe, mpc)}

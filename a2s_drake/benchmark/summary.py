@@ -29,7 +29,7 @@ def flight_summary(flight: Flight) -> dict[str, Any]:
     """What was flown, and how fast, by the wall clock of this run."""
     metrics, clock = compute_metrics(flight), flight.wall_clock
     return {
-        "law": flight.scenario.attitude_law.name,
+        "law": flight.law,
         "solver": flight.scenario.mpc.solver,
         "horizon": flight.scenario.mpc.horizon,
         "duration_s": float(flight.time[-1]),
@@ -54,17 +54,17 @@ def timing_summary(timing: Timing, exact: FloatArray, airframe: Airframe) -> dic
     }
 
 
-def peer_summary(name: str, peer: Timing, own: Timing, exact: FloatArray, airframe: Airframe) -> dict[str, Any]:
-    """A peer beside the MPC's own solver on the same problems: QP against QP, and a whole program against a step."""
-    mine = own.at(peer.places)
-    part = next(iter(peer.parts))
+def casadi_summary(name: str, other: Timing, own: Timing, exact: FloatArray, airframe: Airframe) -> dict[str, Any]:
+    """One of CasADi's solvers beside the MPC's own: QP against QP, or a whole program against a step."""
+    mine = own.at(other.places)
+    part = next(iter(other.parts))
     ours = mine.parts["solve"] if part == "solve" else mine.total
-    summary = timing_summary(peer, exact, airframe)
+    summary = timing_summary(other, exact, airframe)
     del summary["split_ms"]
     return (
         {"name": name, "compared": "QP solve" if part == "solve" else "step"}
         | {"time_ms" if key == "step_ms" else key: value for key, value in summary.items()}
-        | {"own_median_ms": float(1e3 * np.median(ours)), "ratio": float(np.median(peer.total) / np.median(ours))}
+        | {"own_median_ms": float(1e3 * np.median(ours)), "ratio": float(np.median(other.total) / np.median(ours))}
     )
 
 
@@ -90,7 +90,7 @@ def summarise(
     """A whole benchmark.
 
     Args:
-      timings: of `own`, `plain`, and any peers.
+      timings: of `own`, `plain`, and of CasADi's solvers, if any.
       exact: exact u_0 of each problem, Hz^2, shape (n, 6).
     """
     airframe = flight.scenario.airframe
@@ -104,7 +104,7 @@ def summarise(
         "plain": plain,
         "step_over_plain": own["step_ms"]["median"] / plain["step_ms"]["median"],
         "peers": {
-            name: peer_summary(name, timing, timings["own"], exact, airframe)
+            name: casadi_summary(name, timing, timings["own"], exact, airframe)
             for name, timing in timings.items()
             if name not in ("own", "plain")
         },

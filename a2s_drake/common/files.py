@@ -20,6 +20,19 @@ class DamagedFileError(ValueError):
     """A file that does not hold what it should. The message is one line that names the file."""
 
 
+class ResultsError(OSError):
+    """Results that cannot be written; its one line also says what is kept."""
+
+
+@contextlib.contextmanager
+def what_is_kept(words: str) -> Iterator[None]:
+    """Raises ResultsError, which adds what is kept, for an OSError of the code inside."""
+    try:
+        yield
+    except OSError as failure:
+        raise ResultsError(f"{in_words(failure)}; {words}") from failure
+
+
 def in_words(error: Exception) -> str:
     """An error in one line, that of a disk as `results/flight.npz: No space left on device`."""
     if isinstance(error, OSError) and error.filename is not None and error.strerror:
@@ -169,27 +182,43 @@ def read_arrays(path: Path) -> dict[str, Array]:
         raise DamagedFileError(f"{path}: is damaged: {reason}") from error
 
 
-def read_table(path: Path, widths: Mapping[str, int]) -> dict[str, FloatArray]:
-    """Arrays of an .npz archive that hold one row per sample: shape (n,) for width 1, else (n, width).
+def check_rows(path: Path, arrays: Mapping[str, Array], widths: Mapping[str, int | None]) -> dict[str, FloatArray]:
+    """Arrays that `read_arrays` read and that hold one row per sample: shape (n,) for width 1, else (n, width).
 
     Args:
-      widths: of the arrays to read, by name; whatever else the file holds is left alone.
+      path: the file that they come from, for messages.
+      widths: of the arrays to check and return, by name, the first of them not None; whatever else there is is left
+        alone. None stands for shape (n, m) with any m.
     Raises:
-      OSError, DamagedFileError: as `read_arrays`; the latter also when an array is missing, is not float64, or has
-        another shape than the others ask for.
+      DamagedFileError: when an array is missing, is not float64, or has another shape than the others ask for.
     """
-    arrays = read_arrays(path)
     rows = None
     for name, width in widths.items():
         if name not in arrays:
             raise DamagedFileError(f"{path}: {name} is missing")
         array = arrays[name]
         rows = array.shape[:1] if rows is None else rows
-        shape = rows if width == 1 else (*rows, width)
-        if array.dtype != np.float64 or array.shape != shape or len(rows) != 1:
-            found = f"{array.dtype} of shape {array.shape}"
-            raise DamagedFileError(f"{path}: {name} is {found}, must be float64 of shape {shape or '(n,)'}")
+        shape: tuple[int | str, ...] = rows if width == 1 else (*rows, "m" if width is None else width)
+        # A width that is left open is whatever there is.
+        found = (*array.shape[:1], "m") if width is None and array.ndim == 2 else array.shape
+        if array.dtype != np.float64 or found != shape or len(rows) != 1:
+            wrong = f"{array.dtype} of shape {array.shape}"
+            wanted = f"({', '.join(map(str, shape))}{',' * (len(shape) == 1)})" if len(rows) == 1 else "(n,)"
+            raise DamagedFileError(f"{path}: {name} is {wrong}, must be float64 of shape {wanted}")
     return {name: arrays[name] for name in widths}
+
+
+def read_text_entry(path: Path, arrays: Mapping[str, Array], name: str) -> str:
+    """The one line of text that an array of `read_arrays` holds.
+
+    Raises:
+      DamagedFileError: when it holds something else.
+    """
+    array = arrays[name]
+    text = array.item() if array.dtype.kind == "U" and array.shape == () else None
+    if not isinstance(text, str) or not text.isprintable():
+        raise DamagedFileError(f"{path}: {name} must be one line of text")
+    return text
 
 
 def _array(data: bytes) -> Array:

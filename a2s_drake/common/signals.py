@@ -1,4 +1,78 @@
-"""What the signals between blocks are measured in."""
+"""The signals between blocks: their units and sizes, the vehicle's state by name, and what the controller reports."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from pydrake.common.containers import namedview
+
+from a2s_drake.common.arrays import Array, FloatArray
+
+NUM_STATES = 12
+NUM_INPUTS = 6
+
+# Where the parts of the vehicle's state stand in it. `State` is easier to read; these index Jacobians and weights too.
+POSITION, ATTITUDE, VELOCITY, ANGULAR_VELOCITY = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """The vehicle's state by name. Each part is a view of the array, not a copy.
+
+    Attributes:
+      array: [p (m, W), eta (rad), v (m/s, W), omega (rad/s, B)], shape (..., 12), of floats or of AutoDiffXd.
+    """
+
+    array: Array
+
+    @classmethod
+    def of(cls, position: Array, attitude: Array, velocity: Array, angular_velocity: Array) -> "State":
+        """The state made of its parts, each of shape (..., 3); this copies them."""
+        return cls(np.concatenate([position, attitude, velocity, angular_velocity], axis=-1))
+
+    @property
+    def position(self) -> Array:
+        """Of the centre of mass, m, W, shape (..., 3)."""
+        return self.array[..., POSITION]
+
+    @property
+    def attitude(self) -> Array:
+        """Roll, pitch, yaw, rad, shape (..., 3)."""
+        return self.array[..., ATTITUDE]
+
+    @property
+    def velocity(self) -> Array:
+        """Of the centre of mass, m/s, W, shape (..., 3)."""
+        return self.array[..., VELOCITY]
+
+    @property
+    def angular_velocity(self) -> Array:
+        """Of the body, rad/s, B, shape (..., 3)."""
+        return self.array[..., ANGULAR_VELOCITY]
+
+    @property
+    def parts(self) -> tuple[Array, Array, Array, Array]:
+        """Position, attitude, velocity and angular velocity."""
+        return self.position, self.attitude, self.velocity, self.angular_velocity
+
+
+def by_part(position: float, attitude: float, velocity: float, angular_velocity: float) -> FloatArray:
+    """One number for each part of the state, repeated for its three entries, shape (12,)."""
+    return np.repeat([position, attitude, velocity, angular_velocity], 3)
+
+
+class Fallback(IntEnum):
+    """Where an input came from: the problem as posed, or one of the stand-ins in the order they are tried."""
+
+    NONE = 0  # the problem as posed was solved
+    SOFTENED = 1  # the same problem with the state bounds as penalties, if need be around a fresh guess
+    SHIFTED_PLAN = 2  # the previous plan, one period on
+    HOVER = 3  # the rotor speeds that carry the level vehicle at rest
+
+
+# What `solver_status` holds: success (1 when the problem as posed was solved, else 0), solver iterations, tracking cost
+# of the plan, and the `Fallback` in force.
+SolverStatus = namedview("SolverStatus", ["success", "iterations", "objective", "fallback"])
 
 _STATE = "m, rad, m/s, rad/s"
 
@@ -6,6 +80,7 @@ PORT_UNITS: dict[str, str] = {
     "position_reference": "m",
     "position_preview": "m",
     "ship_position": "m",
+    "ship_antenna_position": "m",
     "ship_preview": "m",
     "attitude_reference": "rad",
     "attitude_preview": "rad",
@@ -22,6 +97,7 @@ PORT_UNITS: dict[str, str] = {
     "snr_db": "dB",
     "spectral_efficiency": "bit/s/Hz",
     "phase_difference": "rad",
+    "reflection": "1, rad",
     "plant_state": "1, m, rad/s, m/s",
     "spatial_forces": "N m, N",
 }

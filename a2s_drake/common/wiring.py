@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, PortDataType, System
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, PortDataType, System
 
 # The attribute of a diagram under which it carries the names of the user's own blocks.
 _OWN_BLOCKS = "a2s_own_blocks"
@@ -35,9 +35,13 @@ def check_ports(role: str, block: System, inputs: Mapping[str, int], outputs: Ma
     )
     misfits = [text for kind, wanted, found in ports for text in _misfits(kind, wanted, found)]
     if misfits:
-        # Drake writes a template's scalar type behind this letter into the class name of an instance.
-        kind = type(block).__name__.partition("_\N{MATHEMATICAL BOLD SCRIPT CAPITAL T}")[0]
-        raise WiringError(f"{role} ({kind}): {'; '.join(misfits)}")
+        raise WiringError(f"{role} ({class_name(block)}): {'; '.join(misfits)}")
+
+
+def class_name(block: System) -> str:
+    """The name of a block's class, without the scalar type of a template."""
+    # Drake writes a template's scalar type behind this letter into the class name of an instance.
+    return type(block).__name__.partition("_\N{MATHEMATICAL BOLD SCRIPT CAPITAL T}")[0]
 
 
 def _misfits(kind: str, wanted: Mapping[str, int], ports: Iterable[Any]) -> Iterator[str]:
@@ -49,6 +53,103 @@ def _misfits(kind: str, wanted: Mapping[str, int], ports: Iterable[Any]) -> Iter
             yield f"{kind} {name} is abstract, must be a vector of size {size}"
         elif found[name].size() != size:
             yield f"{kind} {name} has size {found[name].size()}, must have {size}"
+
+
+def _ports(block: System) -> tuple[list[InputPort], list[OutputPort]]:
+    """Inputs and outputs of a block."""
+    inputs = [block.get_input_port(i) for i in range(block.num_input_ports())]
+    return inputs, [block.get_output_port(i) for i in range(block.num_output_ports())]
+
+
+class NamedWiring:
+    """Wires the blocks of a diagram by the names of their ports.
+
+    An input is connected to the output of its name, of the nearest block added before; where there is none, of one
+    added later; and where there is none at all, it becomes an input of the diagram. So a block that is added between
+    two others and has an output of the same name as the first takes its place for all that come after.
+    """
+
+    def __init__(self, builder: DiagramBuilder) -> None:
+        self._builder = builder
+        self._outputs: dict[str, OutputPort] = {}
+        self._open: list[tuple[str, InputPort, str]] = []
+
+    def add(self, name: str, block: System, alias: Mapping[str, str] | None = None) -> System:
+        """Adds a block under a name and wires its inputs.
+
+        Args:
+          alias: the signal of a port by the port's name, where the two names differ.
+        Raises:
+          WiringError: where a signal does not fit an input.
+        """
+        what = f"{name} ({class_name(block)})"
+        self._builder.AddNamedSystem(name, block)
+        alias = alias or {}
+        inputs, outputs = _ports(block)
+        still_open = []
+        for port in inputs:
+            if _is_optional(port) or self._builder.IsConnectedOrExported(port):
+                continue
+            signal = alias.get(port.get_name(), port.get_name())
+            if signal in self._outputs:
+                self._connect(signal, port, what)
+            else:
+                still_open.append((signal, port, what))
+        # A block's own outputs are no answer to its inputs, but to those that were open before it.
+        new = {alias.get(port.get_name(), port.get_name()): port for port in outputs}
+        waiting, self._open = self._open, []
+        self._outputs |= new
+        for signal, port, whose in waiting:
+            if signal in new:
+                self._connect(signal, port, whose)
+            else:
+                self._open.append((signal, port, whose))
+        self._open += still_open
+        return block
+
+    def export(self, given: Diagram | None = None) -> None:
+        """Makes the inputs that are still open, and every output, ports of the diagram, each named after its signal.
+
+        Args:
+          given: the only diagram that the inputs can come from; anything may be asked for without it.
+        Raises:
+          WiringError: for an input that nothing gives; names its block.
+        """
+        exported: dict[str, int] = {}
+        for signal, port, what in self._open:
+            if given is not None and not given.HasOutputPort(signal):
+                raise WiringError(f"{what}: input {signal}: no other block there gives it, nor does {given.get_name()}")
+            if signal not in exported:
+                self._builder.ExportInput(port, signal)
+                exported[signal] = port.size()
+                continue
+            if port.size() != exported[signal]:
+                raise WiringError(f"{what}: input {signal} has size {port.size()}, must have {exported[signal]}")
+            self._builder.ConnectInput(signal, port)
+        self.export_outputs(set(self._outputs))
+
+    def export_outputs(self, names: set[str]) -> None:
+        """Makes the signals of some names outputs of the diagram, where they are there."""
+        for name, output in self._outputs.items():
+            if name in names:
+                self._builder.ExportOutput(output, name)
+
+    def _connect(self, signal: str, port: InputPort, what: str) -> None:
+        connect_fitting(self._builder, self._outputs[signal], port, what)
+
+
+def connect_fitting(builder: DiagramBuilder, output: OutputPort, port: InputPort, what: str) -> None:
+    """Connects two ports.
+
+    Raises:
+      WiringError: where one is abstract and the other is not, or their sizes differ; `what` names the input's block.
+    """
+    name = port.get_name()
+    if output.get_data_type() != port.get_data_type():
+        raise WiringError(f"{what}: input {name} and its signal must both be vectors, or both abstract")
+    if output.size() != port.size():
+        raise WiringError(f"{what}: input {name} has size {port.size()}, must have {output.size()}")
+    builder.Connect(output, port)
 
 
 def export_outputs(builder: DiagramBuilder, *systems: System) -> None:
@@ -75,6 +176,26 @@ def build_wired(builder: DiagramBuilder, name: str) -> Diagram:
     diagram = builder.Build()
     diagram.set_name(name)
     return diagram
+
+
+def find_block(diagram: Diagram, name: str) -> System:
+    """The block of a name in a diagram, at any depth.
+
+    Raises:
+      WiringError: where there is none, or more than one.
+    """
+    found = list(_named(diagram, name))
+    if len(found) != 1:
+        raise WiringError(f"{diagram.get_name()}: there are {len(found)} blocks called {name}, must be one")
+    return found[0]
+
+
+def _named(diagram: Diagram, name: str) -> Iterator[System]:
+    for block in diagram.GetSystems():
+        if block.get_name() == name:
+            yield block
+        if isinstance(block, Diagram):
+            yield from _named(block, name)
 
 
 def mark_own_blocks(diagram: Diagram, names: dict[str, str]) -> None:

@@ -4,14 +4,10 @@ import numpy as np
 from pydrake.common.containers import namedview
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
+from a2s_drake.common.signals import NUM_INPUTS, NUM_STATES, Fallback, SolverStatus, State
 from a2s_drake.control.horizon import Plan, Reference
-from a2s_drake.control.ladder import Decision, Fallback, Planner
+from a2s_drake.control.ladder import Decision, Planner
 from a2s_drake.scenario.parts import Airframe, Mpc
-from a2s_drake.vehicle.rigid_body import NUM_INPUTS, NUM_STATES
-
-# What `solver_status` holds: success (1 when the problem as posed was solved, else 0), solver iterations, tracking cost
-# of the plan, and the `Fallback` in force.
-SolverStatus = namedview("SolverStatus", ["success", "iterations", "objective", "fallback"])
 
 # What the clock state holds: the time of the last decision, and how many samples in a row the plan was only shifted;
 # at the horizon's length there is nothing left of it.
@@ -41,18 +37,18 @@ class MpcController(LeafSystem):
     ```
 
     - `vehicle_state` (12): [p (m, W), eta (rad), v (m/s, W), omega (rad/s, B)].
-    - `position_preview` (3(N+1)): planned position now, now + T_s, ..., m, W, row by row.
+    - `position_preview` (3(N+1)): reference position now, now + T_s, ..., m, W, row by row.
     - `attitude_preview` (3(N+1)): reference roll, pitch, yaw at the same instants, rad.
     - `rotor_speed_squared` (6): Omega^2 of each rotor, Hz^2, always within the rotor bounds.
     - `predicted_state` (12(N+1)): the plan's states, row by row.
-    - `solver_status` (4): see `SolverStatus`.
+    - `solver_status` (4): see `a2s_drake.common.signals.SolverStatus`.
 
     With `feedforward` it has three inputs more, and its cost weighs differences from these where it otherwise weighs
     the quantities themselves, as the paper does:
 
-    - `velocity_preview` (3(N+1)): planned velocity at the same instants, m/s, W.
-    - `angular_velocity_preview` (3(N+1)): planned angular velocity, rad/s, B.
-    - `rotor_speed_squared_preview` (6N): planned Omega^2 over each period, Hz^2.
+    - `velocity_preview` (3(N+1)): reference velocity at the same instants, m/s, W.
+    - `angular_velocity_preview` (3(N+1)): reference angular velocity, rad/s, B.
+    - `rotor_speed_squared_preview` (6N): reference Omega^2 over each period, Hz^2.
 
     Sampled: it decides when simulation begins and then every `mpc.period`; the outputs hold in between. The state of
     the context holds the plan, so one block serves many contexts.
@@ -117,12 +113,13 @@ class MpcController(LeafSystem):
 
     def reference(self, context: Context) -> Reference:
         """The targets that the inputs of a context preview."""
-        pose = (port.Eval(context).reshape(-1, 3) for port in (self._position_preview, self._attitude_preview))
+        position = self._position_preview.Eval(context).reshape(-1, 3)
+        attitude = self._attitude_preview.Eval(context).reshape(-1, 3)
         if not self._feedforward:
-            return Reference.of_pose(*pose)
+            return Reference.of_pose(position, attitude)
         velocity, angular_velocity, u = (port.Eval(context) for port in self._feedforward.values())
-        rates = (velocity.reshape(-1, 3), angular_velocity.reshape(-1, 3))
-        return Reference(np.hstack([*pose, *rates]), u.reshape(-1, NUM_INPUTS))
+        state = State.of(position, attitude, velocity.reshape(-1, 3), angular_velocity.reshape(-1, 3))
+        return Reference(state.array, u.reshape(-1, NUM_INPUTS))
 
     def _decide(self, context: Context, previous: Plan | None, shifts: int, discrete_state: DiscreteValues) -> None:
         state, reference = self._vehicle_state.Eval(context), self.reference(context)

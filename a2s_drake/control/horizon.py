@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from a2s_drake.common.arrays import FloatArray
+from a2s_drake.common.signals import NUM_INPUTS, State, by_part
 from a2s_drake.scenario.parts import Mpc
-from a2s_drake.vehicle.rigid_body import ATTITUDE, NUM_INPUTS, NUM_STATES, POSITION, RATE, VELOCITY, RigidBodyModel
+from a2s_drake.vehicle.rigid_body import RigidBodyModel
 
 
 @dataclass(frozen=True)
@@ -19,18 +20,18 @@ class Reference:
     @classmethod
     def of_pose(cls, position: FloatArray, attitude: FloatArray) -> "Reference":
         """The paper's targets: a pose (m, W, and rad; shapes (N+1, 3)), all else zero."""
-        rates = np.zeros((len(position), 6))
-        return cls(np.hstack([position, attitude, rates]), np.zeros((len(position) - 1, NUM_INPUTS)))
+        rest = np.zeros_like(position)
+        return cls(State.of(position, attitude, rest, rest).array, np.zeros((len(position) - 1, NUM_INPUTS)))
 
     @property
     def position(self) -> FloatArray:
         """m, W, shape (N+1, 3)."""
-        return self.state[:, POSITION]
+        return State(self.state).position
 
     @property
     def attitude(self) -> FloatArray:
         """Roll, pitch, yaw, rad, shape (N+1, 3)."""
-        return self.state[:, ATTITUDE]
+        return State(self.state).attitude
 
     def is_finite(self) -> bool:
         """Whether every number is one."""
@@ -75,10 +76,12 @@ def hold(x: FloatArray, u: FloatArray, horizon: int, model: RigidBodyModel, peri
 
 def state_weights(mpc: Mpc) -> FloatArray:
     """Diagonal of the stage weight on the state, shape (12,)."""
-    weights = np.empty(NUM_STATES)
-    weights[POSITION], weights[ATTITUDE] = mpc.position_weight, mpc.attitude_weight
-    weights[VELOCITY], weights[RATE] = mpc.velocity_weight, mpc.angular_velocity_weight
-    return weights
+    return by_part(
+        position=mpc.position_weight,
+        attitude=mpc.attitude_weight,
+        velocity=mpc.velocity_weight,
+        angular_velocity=mpc.angular_velocity_weight,
+    )
 
 
 def cost_terms(plan: Plan, reference: Reference, mpc: Mpc) -> dict[str, FloatArray]:
@@ -89,10 +92,10 @@ def cost_terms(plan: Plan, reference: Reference, mpc: Mpc) -> dict[str, FloatArr
       stage is the terminal one, which has no input.
     """
     error = plan.state - reference.state
-    by_part = (error**2 * state_weights(mpc)).reshape(-1, 4, 3).sum(axis=-1)
+    weighted = State(error**2 * state_weights(mpc))
     by_input = np.append(mpc.input_weight * ((plan.input - reference.input) ** 2).sum(axis=-1), 0.0)
     names = ("position", "attitude", "velocity", "angular_velocity", "input")
-    return dict(zip(names, (*by_part.T, by_input), strict=True))
+    return dict(zip(names, (*(part.sum(axis=-1) for part in weighted.parts), by_input), strict=True))
 
 
 def tracking_cost(plan: Plan, reference: Reference, mpc: Mpc) -> float:

@@ -4,19 +4,19 @@ import traceback
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import IntEnum
 from pathlib import Path
 
 import numpy as np
 
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.rotations import rotation_matrix
+from a2s_drake.common.signals import ATTITUDE, NUM_STATES, POSITION, Fallback, State, by_part
 from a2s_drake.control.horizon import Plan, Reference, hold, tracking_cost
 from a2s_drake.control.program import input_bounds, state_bounds
 from a2s_drake.control.solve import Solution, TrackingSolver, make_solver, solve_to_convergence
 from a2s_drake.scenario.parts import Airframe, Mpc
 from a2s_drake.vehicle.airframe import hover_input
-from a2s_drake.vehicle.rigid_body import ATTITUDE, NUM_STATES, POSITION, RigidBodyModel
+from a2s_drake.vehicle.rigid_body import RigidBodyModel
 
 # States beyond this many times their bounds reach no solver. No plan could help there, and the dynamics overflow over
 # the horizon, which solvers answer with anything from an error message to a crash.
@@ -38,18 +38,6 @@ _FOLLOWS = np.array([0.1, 0.1, 0.1, 0.5])
 # Euler rates grow without limit towards a pitch of +-90 deg. Closer to it than this, rad, the pitch is taken to be this
 # far off.
 _OFF_SINGULARITY = 0.05
-
-# The frames between a warning and the line that called `Planner.decide`.
-_CALLER_OF_DECIDE = 6
-
-
-class Fallback(IntEnum):
-    """Where an input came from: the problem as posed, or one of the stand-ins in the order they are tried."""
-
-    NONE = 0  # the problem as posed was solved
-    SOFTENED = 1  # the same problem with the state bounds as penalties, if need be around a fresh guess
-    SHIFTED_PLAN = 2  # the previous plan, one period on
-    HOVER = 3  # the rotor speeds that carry the level vehicle at rest
 
 
 @dataclass(frozen=True)
@@ -84,9 +72,11 @@ class Planner:
         self._solvable = _SOLVABLE_SHARE * np.abs(state_bounds(mpc)).max(axis=0)
         farthest = _REACH * mpc.velocity_limit * mpc.horizon * mpc.period
         rates = (_REACH * mpc.velocity_limit, _REACH * mpc.angular_velocity_limit)
-        self._reach = np.repeat([farthest, np.pi, *rates], 3)
+        self._reach = by_part(farthest, np.pi, *rates)
         self._hover = hover_input(airframe)
-        self._warned: set[tuple[str, str, int | None]] = set()  # It affects warnings alone.
+        # These two affect warnings alone: what has been told once, and what is to be told at the end of a decision.
+        self._warned: set[tuple[str, str, int | None]] = set()
+        self._untold: list[str] = []
 
     def hover_plan(self, x0: FloatArray) -> Plan:
         """Hover thrust held from a state (12,)."""
@@ -107,9 +97,14 @@ class Planner:
             passes None as well once a plan has been shifted to its end.
           before: the state measured one period ago, shape (12,); None where there was none.
         """
-        # States that are finite but absurd overflow on the way; what comes out is checked, so no warning is due.
-        with np.errstate(over="ignore", invalid="ignore"):
-            return self._decide(x0, reference, previous, before)
+        try:
+            # States that are finite but absurd overflow on the way; what comes out is checked, so no warning is due.
+            with np.errstate(over="ignore", invalid="ignore"):
+                return self._decide(x0, reference, previous, before)
+        finally:
+            untold, self._untold = self._untold, []
+            for words in untold:
+                warnings.warn(words, stacklevel=2)
 
     def _decide(
         self, x0: FloatArray, reference: Reference, previous: Plan | None, before: FloatArray | None
@@ -138,11 +133,12 @@ class Planner:
     def _attempts(
         self, x0: FloatArray, reference: Reference, guess: Plan | None
     ) -> Iterator[tuple[Fallback, Solution]]:
-        """Ways to solve the problem, best first; who has found one that works asks for no more."""
-        centre = np.where(np.arange(NUM_STATES) < 3, x0, 0.0)  # Only positions are as good here as there.
+        """Ways to solve the problem, best first. The caller stops at the first one that works."""
+        centre = np.zeros(NUM_STATES)
+        centre[POSITION] = x0[POSITION]  # A position is as good as another; attitude and rates should be small.
         target = reference.within(centre, self._reach, self._input_bounds[1])
         if guess is not None and np.abs(x0[ATTITUDE] - guess.state[0, ATTITUDE]).max() > 1.0:
-            guess = None  # It tells of the same attitudes by other Euler angles.
+            guess = None  # It writes the same attitudes as other Euler angles.
         start = guess or self.hover_plan(x0)
         yield Fallback.NONE, self._attempt(x0, target, start, cold=guess is None, soft=False)
         yield Fallback.SOFTENED, self._attempt(x0, target, start, cold=False, soft=True)
@@ -155,23 +151,23 @@ class Planner:
                 return solve_to_convergence(self._solver, x0, reference, guess)
             return self._solver.solve(x0, reference, guess, soft=soft)
         except Exception as error:  # noqa: BLE001 - a solver of any make may raise anything; the vehicle must fly
-            self._warn_once(error)
+            self._note_once(error)
         except SystemExit as error:
             if not isinstance(error.code, str):
-                raise  # Somebody wants the process to end.
-            self._warn_once(error)  # pydrake makes this of a failed assertion in C++, and puts its text for the code.
+                raise  # The user, or a program, wants the process to end.
+            self._note_once(error)  # pydrake makes this of a failed assertion in C++, with its text as the code.
         return Solution(None, 0)
 
-    def _warn_once(self, error: BaseException) -> None:
-        """Warns of an exception in the solver, once for each type and line that raises it, lest it fill a terminal."""
+    def _note_once(self, error: BaseException) -> None:
+        """Notes a warning of an exception in the solver, once for each type and line that raises it."""
         text = " ".join(f"{type(error).__name__}: {error}".split())
         place = traceback.extract_tb(error.__traceback__)[-1]
         cause = (type(error).__name__, place.filename, place.lineno)
         if cause not in self._warned:
             self._warned.add(cause)
             where = f"{Path(place.filename).name}, line {place.lineno}"
-            told = f"the solver raised {text} ({where}); the planner falls back, and tells of this error only once"
-            warnings.warn(told, stacklevel=_CALLER_OF_DECIDE)
+            what = f"the solver raised {text} ({where})"
+            self._untold.append(f"{what}; the planner falls back, and tells of this error only once")
 
     def _decision(self, plan: Plan, fallback: Fallback, iterations: int, reference: Reference) -> Decision:
         plan = Plan(plan.state, np.clip(plan.input, *self._input_bounds))
@@ -181,7 +177,7 @@ class Planner:
 
 def _near(x0: FloatArray, expected: FloatArray, limits: FloatArray) -> bool:
     """Whether a state (12,) is within limits (m, rad of rotation, m/s, rad/s) of the expected one."""
-    position, angle, velocity, rate = np.abs(x0 - expected).reshape(4, 3).max(axis=-1)
+    position, angle, velocity, rate = (part.max() for part in State(np.abs(x0 - expected)).parts)
     if 2.0 * angle > limits[1]:  # Rarely. Euler angles may jump where nothing does, so rotations are compared.
         R_XM = rotation_matrix(expected[ATTITUDE]).T @ rotation_matrix(x0[ATTITUDE])
         angle = np.arccos(np.clip(0.5 * (np.trace(R_XM) - 1.0), -1.0, 1.0))

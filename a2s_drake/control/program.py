@@ -13,9 +13,10 @@ from pydrake.solvers import MathematicalProgram, MathematicalProgramResult, Quad
 from scipy.sparse import csc_matrix
 
 from a2s_drake.common.arrays import FloatArray
+from a2s_drake.common.signals import NUM_INPUTS, NUM_STATES, by_part
 from a2s_drake.control.horizon import Plan, Reference, state_weights
 from a2s_drake.scenario.parts import Airframe, Mpc
-from a2s_drake.vehicle.rigid_body import NUM_INPUTS, NUM_STATES, STEP_SPARSITY, RigidBodyModel
+from a2s_drake.vehicle.rigid_body import STEP_SPARSITY, RigidBodyModel
 
 INPUT_SCALE = 1.0e4  # Hz^2 per unit of the scaled input.
 
@@ -23,8 +24,8 @@ INPUT_SCALE = 1.0e4  # Hz^2 per unit of the scaled input.
 # Each linear term lies above the multipliers of the hard bounds (the largest over all named scenarios and laws is 34),
 # so the penalty is exact: where the hard program has a solution, the softened one has the same. They rank the bounds:
 # no speed, and above all no attitude, is given up for a metre of position.
-SOFT_LINEAR = np.repeat([1.0e2, 1.0e5, 1.0e3, 1.0e4], 3)
-SOFT_QUADRATIC = np.repeat([1.0e1, 1.0e5, 1.0e3, 1.0e4], 3)
+SOFT_LINEAR = by_part(position=1.0e2, attitude=1.0e5, velocity=1.0e3, angular_velocity=1.0e4)
+SOFT_QUADRATIC = by_part(position=1.0e1, attitude=1.0e5, velocity=1.0e3, angular_velocity=1.0e4)
 
 _OVERFLOWED = 1.0e10
 

@@ -3,6 +3,7 @@
 import numpy as np
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
+from a2s_drake.common.signals import State
 from a2s_drake.scenario.parts import Simulation
 
 # A body that turns by more than this in one step, rad, might as well have turned the other way round: no scheme of
@@ -39,7 +40,8 @@ class DivergenceMonitor:
             raise self.overflow()
         # The angular velocity is part of the state, so a small state rules a fast turn out at little cost.
         if size * self._step > _HALF_A_TURN:
-            self._check_speed(float(np.linalg.norm(self._vehicle_state.Eval(context)[9:12])))
+            omega = State(self._vehicle_state.Eval(context)).angular_velocity
+            self._check_speed(float(np.linalg.norm(omega)))
         return EventStatus.DidNothing()
 
     def _check_speed(self, speed: float) -> None:

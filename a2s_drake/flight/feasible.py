@@ -22,6 +22,7 @@ def check(scenario: Scenario) -> Scenario:
     scenario.validate()
     _check_solver(scenario)
     _check_hover(scenario)
+    _check_knowledge(scenario)
     courses = Courses.of(scenario)
     times = _instants(scenario, courses)
     _check_altitude(scenario, courses.uav.position(times))
@@ -47,6 +48,13 @@ def _check_hover(scenario: Scenario) -> None:
         )
 
 
+def _check_knowledge(scenario: Scenario) -> None:
+    error, height = scenario.knowledge.ship_antenna_height_error, scenario.link.ship_antenna_height
+    if height + error <= 0.0:
+        allowed = f"must leave the ship's antenna, believed {height!r} m above the sea, above it"
+        raise refuse("knowledge.ship_antenna_height_error", error, allowed)
+
+
 def _instants(scenario: Scenario, courses: Courses) -> FloatArray:
     """The instants at which the courses are looked at, s: every sample and between, at least 2001."""
     times = np.linspace(0.0, courses.end, 2001)
@@ -68,6 +76,10 @@ def _check_altitude(scenario: Scenario, path: FloatArray) -> None:
     angles = scenario.mpc.attitude_limit * np.linspace(-1.0, 1.0, 61)
     eta = np.stack([*np.meshgrid(angles, angles), np.zeros((61, 61))], axis=-1)
     dip = -float((rotation_matrix(eta) @ np.asarray(scenario.link.antenna_offset))[..., 2].min())
+    believed, altitude = altitude, altitude + scenario.knowledge.position_bias[2]
+    if altitude <= max(dip, 0.0) < believed:
+        allowed = f"the UAV then flies {altitude:.3g} m above the sea, and its antenna can hang {dip:.3g} m below it"
+        raise refuse("knowledge.position_bias", scenario.knowledge.position_bias, allowed)
     if altitude <= dip:
         flies = "flies" if mission.path_file is None else "comes down to"
         allowed = f"the antenna can hang {dip:.3g} m below the UAV, which {flies} {altitude:.3g} m above the sea"

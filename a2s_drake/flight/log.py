@@ -1,7 +1,7 @@
 """Flight: the log of one run of a diagram, and how it is saved and loaded."""
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
@@ -9,14 +9,27 @@ from typing import Any, Self
 
 import numpy as np
 
-from a2s_drake.common.arrays import FloatArray
-from a2s_drake.common.files import DamagedFileError, read_table, write_arrays, written_whole
-from a2s_drake.control.ladder import Fallback as Fallback
+from a2s_drake.common.arrays import Array, FloatArray
+from a2s_drake.common.files import (
+    DamagedFileError,
+    check_rows,
+    read_arrays,
+    read_text_entry,
+    write_arrays,
+    written_whole,
+)
+from a2s_drake.common.quoting import quoted
+from a2s_drake.common.signals import Fallback as Fallback
+from a2s_drake.flight.arrays import ANGLES, STATE_UNIT, columns_of, logged, optional, state_columns
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.scenario.track_file import copies_named_in, read_files, with_copies
 
-# One row of a flight: what was logged at one time, by the names of the arrays of `Flight`.
+# One row of a flight: what was logged at one time, by the names of the arrays of `Flight`. `signals` holds the user's
+# own, by their names.
 Sample = Mapping[str, Any]
+
+# What the names of a flight's signals and of the user's own blocks follow in `flight.npz`.
+SIGNAL, OWN_BLOCK = "signal:", "own_block:"
 
 
 @dataclass(frozen=True)
@@ -32,20 +45,18 @@ class WallClock:
     total: float
 
 
-def _logged(unit: str, column: str, parts: Sequence[str] = ("",)) -> dict[str, Any]:
-    """What an array of the log holds: its unit, and the name of each of its columns, which ends in the unit."""
-    suffix = f"_{unit.lower().replace('/', '_per_')}" if unit else ""
-    return {"unit": unit, "columns": [column.format(part) + suffix for part in parts]}
-
-
-_ANGLES = ("roll", "pitch", "yaw")
-
-
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """A run sampled at t_k = k T_s. Row k holds the state at t_k and the rotor speeds applied from t_k on.
+    """A run sampled at t_k = k T_s.
 
-    Diagrams without a vehicle of their own (`link_only`) leave rotor speeds NaN and the solver fields at zero.
+    Row k holds the state at t_k, what the UAV believed then, and the rotor speeds applied from t_k on. Beliefs and the
+    values of an attitude law are those that the decision at t_k was based on: they are read before the blocks update.
+
+    Diagrams without rotors (`link_only`) leave rotor speeds NaN. Without a solver its fields are zero. The arrays from
+    `ship_antenna_position` on are read from output ports that not every diagram exports. They are NaN without the port,
+    and in files of earlier versions. `position_command` without a port is the path.
+
+    A flight with blocks of the user's own cannot be rebuilt from its scenario alone: `own_blocks` names them.
 
     Attributes:
       scenario: what was flown.
@@ -64,48 +75,95 @@ class Flight:
       phase_difference: dPhi, unwrapped, rad, shape (n,).
       solver_success: 1 where the problem as posed was solved, else 0, dimensionless, shape (n,).
       solver_iterations: of the solver, over all attempts, dimensionless, shape (n,).
-      solver_fallback: see `a2s_drake.control.ladder.Fallback`, dimensionless, shape (n,).
+      solver_fallback: see `a2s_drake.common.signals.Fallback`, dimensionless, shape (n,).
+      ship_antenna_position: where the ship's antenna truly is, m, W, shape (n, 3).
+      reflection_magnitude: of the coherent reflection coefficient Gamma, dimensionless, shape (n,).
+      reflection_phase: of Gamma, in (-pi, pi], rad, shape (n,).
+      position_command: where the law wants the centre of mass, m, W, shape (n, 3).
+      snr_measured_db: the SNR as measured, where it is first delivered, else NaN, dB, shape (n,).
+      measured_state: position, attitude, velocity, angular velocity as measured, m, rad, m/s, rad/s, shape (n, 12).
+      phasor: A, B, C of the interference as the UAV estimates it, dimensionless, shape (n, 3).
+      force_estimate: the outer force as the UAV estimates it, N, W, shape (n, 3).
+      signals: the user's own, `log` of `run_flight`, each of shape (n, width), by name.
+      own_blocks: the blocks of the user's own that flew, name by role, `{"law": "MyLaw"}`.
       wall_clock: how long this run took; never saved, so None for a flight loaded from disk.
       files: the content at take-off of each track file that the scenario names, by field, such as `path_file`.
     """
 
     scenario: Scenario
-    time: FloatArray = field(metadata=_logged("s", "time"))
-    position: FloatArray = field(metadata=_logged("m", "position_{}", "xyz"))
-    attitude: FloatArray = field(metadata=_logged("rad", "{}", _ANGLES))
-    velocity: FloatArray = field(metadata=_logged("m/s", "velocity_{}", "xyz"))
-    angular_velocity: FloatArray = field(metadata=_logged("rad/s", "angular_velocity_{}", "xyz"))
-    rotor_speed: FloatArray = field(metadata=_logged("Hz", "rotor_speed_{}", "123456"))
-    position_reference: FloatArray = field(metadata=_logged("m", "position_reference_{}", "xyz"))
-    attitude_reference: FloatArray = field(metadata=_logged("rad", "{}_reference", _ANGLES))
-    ship_position: FloatArray = field(metadata=_logged("m", "ship_position_{}", "xyz"))
-    channel_gain: FloatArray = field(metadata=_logged("", "channel_gain"))
-    snr_db: FloatArray = field(metadata=_logged("dB", "snr"))
-    spectral_efficiency: FloatArray = field(metadata=_logged("bit/s/Hz", "spectral_efficiency"))
-    phase_difference: FloatArray = field(metadata=_logged("rad", "phase_difference"))
-    solver_success: FloatArray = field(metadata=_logged("", "solver_success"))
-    solver_iterations: FloatArray = field(metadata=_logged("", "solver_iterations"))
-    solver_fallback: FloatArray = field(metadata=_logged("", "solver_fallback"))
+    time: FloatArray = field(metadata=logged("s", "time"))
+    position: FloatArray = field(metadata=logged("m", "position_{}", "xyz"))
+    attitude: FloatArray = field(metadata=logged("rad", "{}", ANGLES))
+    velocity: FloatArray = field(metadata=logged("m/s", "velocity_{}", "xyz"))
+    angular_velocity: FloatArray = field(metadata=logged("rad/s", "angular_velocity_{}", "xyz"))
+    rotor_speed: FloatArray = field(metadata=logged("Hz", "rotor_speed_{}", "123456"))
+    position_reference: FloatArray = field(metadata=logged("m", "position_reference_{}", "xyz"))
+    attitude_reference: FloatArray = field(metadata=logged("rad", "{}_reference", ANGLES))
+    ship_position: FloatArray = field(metadata=logged("m", "ship_position_{}", "xyz"))
+    channel_gain: FloatArray = field(metadata=logged("", "channel_gain"))
+    snr_db: FloatArray = field(metadata=logged("dB", "snr"))
+    spectral_efficiency: FloatArray = field(metadata=logged("bit/s/Hz", "spectral_efficiency"))
+    phase_difference: FloatArray = field(metadata=logged("rad", "phase_difference"))
+    solver_success: FloatArray = field(metadata=logged("", "solver_success"))
+    solver_iterations: FloatArray = field(metadata=logged("", "solver_iterations"))
+    solver_fallback: FloatArray = field(metadata=logged("", "solver_fallback"))
+    ship_antenna_position: FloatArray = optional("m", columns_of("m", "ship_antenna_position_{}", "xyz"))
+    reflection_magnitude: FloatArray = optional("", ["reflection_magnitude"])
+    reflection_phase: FloatArray = optional("rad", ["reflection_phase_rad"])
+    position_command: FloatArray = optional("m", columns_of("m", "position_command_{}", "xyz"))
+    snr_measured_db: FloatArray = optional("dB", ["snr_measured_db"])
+    measured_state: FloatArray = optional(STATE_UNIT, state_columns("measured_"))
+    phasor: FloatArray = optional("", columns_of("", "phasor_{}", "abc"))
+    force_estimate: FloatArray = optional("N", columns_of("N", "force_estimate_{}", "xyz"))
+    signals: Mapping[str, FloatArray] = field(default_factory=dict)
+    own_blocks: Mapping[str, str] = field(default_factory=dict)
     wall_clock: WallClock | None = None
     files: Mapping[str, bytes] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        rows = len(self.time)
+        for name, columns in array_columns().items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, np.full(_shape(rows, columns), np.nan))
+
+    @property
+    def law(self) -> str:
+        """The name of the attitude law that flew: of the user's own block, else of the scenario's law."""
+        return self.own_blocks.get("law", self.scenario.attitude_law.name)
+
+    @property
+    def rebuilds_from_scenario(self) -> bool:
+        """Whether the scenario says all of what flew: no block was the user's own."""
+        return not self.own_blocks
 
     @property
     def has_rotors(self) -> bool:
         """Whether a vehicle with rotors and a controller flew, rather than an ideal one."""
         return bool(np.isfinite(self.rotor_speed).any())
 
+    @property
+    def has_solver(self) -> bool:
+        """Whether a controller with `solver_status` flew: at each sample it succeeds or says what stood in."""
+        return bool(self.solver_success.any() or self.solver_fallback.any())
+
     def sample(self, row: int) -> Sample:
         """What was logged at t_k, k being the row."""
-        return {name: getattr(self, name)[row] for name in array_names()}
+        signals = {name: values[row] for name, values in self.signals.items()}
+        return {name: getattr(self, name)[row] for name in array_names()} | {"signals": signals}
 
     def save(self, folder: Path | str) -> None:
         """Writes `scenario.yaml` and `flight.npz` into a folder, which is made where it is missing.
 
         The scenario's track files, as they were at take-off, are copied beside them, and `scenario.yaml` names the
         copies. Copies that an earlier flight in this folder has left go. Where the disk refuses (OSError, which names
-        the file), all stay as they were.
+        the file), all stay as they were. A flight with blocks of the user's own cannot be flown again from
+        `scenario.yaml` alone; `flight.npz` names these blocks.
+
+        Raises:
+          ValueError: when the name of a signal or block holds a character that cannot be printed; names it.
         """
         folder = Path(folder)
+        arrays = self._saved()
         folder.mkdir(parents=True, exist_ok=True)
         scenario, copies = with_copies(self.scenario, self.files)
         left_over = copies_named_in(folder) - copies.keys()
@@ -113,21 +171,34 @@ class Flight:
         with ExitStack() as stack:
             parts = ("flight.npz", "scenario.yaml", *copies)
             log, settings, *tracks = (stack.enter_context(written_whole(folder / name)) for name in parts)
-            write_arrays(log, {name: getattr(self, name) for name in array_names()})
+            write_arrays(log, arrays)
             settings.write_text(scenario.to_yaml(), encoding="utf-8")
             for track, content in zip(tracks, copies.values(), strict=True):
                 track.write_bytes(content)
         for name in left_over:
             (folder / name).unlink(missing_ok=True)
 
+    def _saved(self) -> dict[str, Array]:
+        """What `flight.npz` holds, by name."""
+        arrays: dict[str, Array] = {name: getattr(self, name) for name in array_names()}
+        arrays |= {SIGNAL + name: values for name, values in self.signals.items()}
+        arrays |= {OWN_BLOCK + role: np.array(name) for role, name in self.own_blocks.items()}
+        for name in (*arrays, *self.own_blocks.values()):
+            if not name.isprintable():
+                raise ValueError(f"{quoted(name)}: a name in flight.npz must consist of characters that can be printed")
+        return arrays
+
     def columns(self) -> dict[str, FloatArray]:
         """Every scalar of the log by a name that ends in its unit, as `save_csv` writes them, each of shape (n,).
 
+        The columns of a signal are its name with `_1`, `_2` and so on.
         `pandas.DataFrame(flight.columns())` makes a table of it.
         """
         table: dict[str, FloatArray] = {}
         for name, columns in array_columns().items():
             table |= zip(columns, getattr(self, name).reshape(len(self.time), len(columns)).T, strict=True)
+        for name, values in self.signals.items():
+            table |= {f"{name}_{place}": column for place, column in enumerate(values.T, 1)}
         return table
 
     def save_csv(self, path: Path | str) -> None:
@@ -153,11 +224,29 @@ class Flight:
         folder = Path(folder)
         settings, log = folder / "scenario.yaml", folder / "flight.npz"
         scenario = Scenario.load(settings)
-        arrays = read_table(log, {name: len(columns) for name, columns in array_columns().items()})
-        time = arrays["time"]
+        arrays = read_arrays(log)
+        widths: dict[str, int | None] = {
+            name: len(columns)
+            for name, columns in array_columns().items()
+            if name in arrays or name not in optional_names()
+        }
+        signals = {name.removeprefix(SIGNAL): name for name in arrays if name.startswith(SIGNAL)}
+        table = check_rows(log, arrays, widths | dict.fromkeys(signals.values()))
+        time = table["time"]
         if not (np.isfinite(time).all() and (time[:1] == 0.0).all() and (np.diff(time) > 0.0).all()):
             raise DamagedFileError(f"{log}: time must start at 0 and increase")
-        return cls(scenario, **arrays, wall_clock=None, files=read_files(scenario.mission))
+        own_blocks = {
+            name.removeprefix(OWN_BLOCK): read_text_entry(log, arrays, name)
+            for name in arrays
+            if name.startswith(OWN_BLOCK)
+        }
+        own_signals = {name: table.pop(entry) for name, entry in signals.items()}
+        files = read_files(scenario.mission)
+        return cls(scenario, **table, signals=own_signals, own_blocks=own_blocks, wall_clock=None, files=files)
+
+
+def _shape(rows: int, columns: list[str]) -> tuple[int, ...]:
+    return (rows,) if len(columns) == 1 else (rows, len(columns))
 
 
 def _logged_fields() -> list[Field[Any]]:
@@ -169,8 +258,13 @@ def array_names() -> list[str]:
     return [entry.name for entry in _logged_fields()]
 
 
+def optional_names() -> set[str]:
+    """The arrays of a `Flight` that may be NaN throughout, and that files of earlier versions lack."""
+    return {entry.name for entry in _logged_fields() if entry.metadata["optional"]}
+
+
 def array_units() -> dict[str, str]:
-    """The unit of each array of a `Flight`; an empty text for numbers without one."""
+    """The unit of each array of a `Flight`; an empty text for numbers without one, several where columns differ."""
     return {entry.name: entry.metadata["unit"] for entry in _logged_fields()}
 
 

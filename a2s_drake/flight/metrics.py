@@ -10,6 +10,7 @@ import numpy as np
 
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.files import written_whole
+from a2s_drake.common.packages import is_installed
 from a2s_drake.flight.log import Fallback, Flight
 
 OUTAGE_THRESHOLDS_DB = (0.0, 3.0, 6.0, 9.0, 12.0)
@@ -35,10 +36,33 @@ def outage(flight: Flight) -> dict[float, float]:
     return dict(zip(OUTAGE_THRESHOLDS_DB, outage_curve(flight, np.array(OUTAGE_THRESHOLDS_DB)).tolist(), strict=True))
 
 
+def fade_durations(flight: Flight, threshold_db: float = 0.0) -> FloatArray:
+    """How long the SNR stays below a threshold, dB, each time it goes below: s, shape (count,).
+
+    A sample stands for T_s, as in `throughput`. A fade that the flight's beginning or end cuts off counts as long as
+    it is seen.
+    """
+    below = np.concatenate([[False], flight.snr_db < threshold_db, [False]])
+    begins, ends = np.flatnonzero(~below[:-1] & below[1:]), np.flatnonzero(below[:-1] & ~below[1:])
+    return np.asarray(flight.scenario.mpc.period * (ends - begins), dtype=float)
+
+
 def fades(flight: Flight, threshold_db: float = 0.0) -> int:
     """How many times the SNR goes below a threshold, dB."""
-    below = flight.snr_db < threshold_db
-    return int(below[0]) + int((below[1:] & ~below[:-1]).sum())
+    return len(fade_durations(flight, threshold_db))
+
+
+def fade_summary(flight: Flight) -> dict[str, dict[str, Any]]:
+    """Count, median and longest duration of the fades below each of the paper's thresholds; null without a fade."""
+    summary: dict[str, dict[str, Any]] = {}
+    for threshold in OUTAGE_THRESHOLDS_DB:
+        lasted = fade_durations(flight, threshold)
+        summary[f"{threshold:g}"] = {
+            "count": len(lasted),
+            "median_s": float(np.median(lasted)) if len(lasted) else None,
+            "longest_s": float(lasted.max()) if len(lasted) else None,
+        }
+    return summary
 
 
 def position_error(flight: Flight) -> FloatArray:
@@ -46,9 +70,26 @@ def position_error(flight: Flight) -> FloatArray:
     return np.linalg.norm(flight.position - flight.position_reference, axis=1)
 
 
+def tracking_error(flight: Flight) -> FloatArray:
+    """Distance of the centre of mass as measured from where the law wants it, m, shape (n,).
+
+    Where nothing was measured, no sensor stands between: the truth counts. NaN where the command is not known, as in
+    files of earlier versions.
+    """
+    measured = flight.measured_state[:, :3]
+    known = np.where(np.isnan(measured).any(axis=1, keepdims=True), flight.position, measured)
+    return np.linalg.norm(known - flight.position_command, axis=1)
+
+
 def attitude_error(flight: Flight) -> FloatArray:
     """Attitude minus reference, rad, shape (n, 3)."""
     return flight.attitude - flight.attitude_reference
+
+
+def _statistics(error: FloatArray) -> tuple[float | None, float | None]:
+    """Maximum and root mean square of the errors that are known; null without any."""
+    known = error[~np.isnan(error)]
+    return (float(known.max()), float(np.sqrt((known**2).mean()))) if len(known) else (None, None)
 
 
 def _bound_use(values: FloatArray, lower: Any, upper: Any, unit: str) -> dict[str, Any]:
@@ -81,9 +122,10 @@ def bounds(flight: Flight) -> dict[str, dict[str, Any]]:
 
 
 def solver_summary(flight: Flight) -> dict[str, Any]:
-    """How the controller fared: failures of the problem as posed, what stood in, iterations, and time per step.
+    """How the solver fared: failures of the problem as posed, what stood in, iterations, and time per step.
 
-    `step_ms` is a wall-clock reading of the machine that flew; null for a flight loaded from disk.
+    Without a solver `present` is false, the counts are 0 and `step_ms` is null. As a wall-clock reading of the machine
+    that flew, `step_ms` is null for a flight loaded from disk too.
     """
     counts = {
         fallback.name.lower(): int((flight.solver_fallback == fallback).sum())
@@ -91,11 +133,12 @@ def solver_summary(flight: Flight) -> dict[str, Any]:
         if fallback is not Fallback.NONE
     }
     step_ms = None
-    if flight.wall_clock is not None:
+    if flight.wall_clock is not None and flight.has_solver:
         step = 1e3 * flight.wall_clock.step
         step_ms = {"median": float(np.median(step)), "p99": float(np.percentile(step, 99)), "max": float(step.max())}
     return {
-        "failures": int((flight.solver_success == 0).sum()) if flight.has_rotors else 0,
+        "present": flight.has_solver,
+        "failures": int((flight.solver_success == 0).sum()) if flight.has_solver else 0,
         "fallbacks": sum(counts.values()),
         "fallback_counts": counts,
         "iterations": int(flight.solver_iterations.sum()),
@@ -105,36 +148,56 @@ def solver_summary(flight: Flight) -> dict[str, Any]:
 
 
 def compute_metrics(flight: Flight) -> dict[str, Any]:
-    """All metrics of a flight with at least one sample, ready for JSON.
+    """All metrics of a flight with at least one sample, ready for JSON: what is not known is None.
 
     Lengths in m, times in s, angles in rad where the name does not say `_deg`. `wall_s`, `real_time_factor` and
-    `solver.step_ms` are wall-clock readings, null for a flight loaded from disk.
+    `solver.step_ms` are wall-clock readings, null for a flight loaded from disk. The first two are of the whole run,
+    whether or not a solver was part of it.
     """
     error = position_error(flight)
+    tracking_max, tracking_rms = _statistics(tracking_error(flight))
     wall = flight.wall_clock.total if flight.wall_clock is not None else None
     flown = float(flight.time[-1])
     return {
-        "law": flight.scenario.attitude_law.name,
+        "law": flight.law,
+        "own_blocks": dict(flight.own_blocks),
+        "rebuilds_from_scenario": flight.rebuilds_from_scenario,
         "samples": len(flight.time),
         "complete": len(flight.time) == len(flight.scenario.sample_times()),
         "throughput_bit_per_hz": throughput(flight),
         "outage": {f"{threshold:g}": fraction for threshold, fraction in outage(flight).items()},
+        "fades": fade_summary(flight),
         "position_error_max_m": float(error.max()),
         "position_error_rms_m": float(np.sqrt((error**2).mean())),
+        "tracking_error_max_m": tracking_max,
+        "tracking_error_rms_m": tracking_rms,
         "attitude_error_rms_deg": np.rad2deg(np.sqrt((attitude_error(flight) ** 2).mean(axis=0))).tolist(),
         "bounds": bounds(flight),
         "solver": solver_summary(flight),
         "wall_s": wall,
         "real_time_factor": flown / wall if wall else None,
-        "versions": {
-            "a2s_drake": version("a2s_drake"),
-            "drake": version("drake"),
-            "python": platform.python_version(),
-        },
+        "versions": versions(),
     }
 
 
+def versions() -> dict[str, str | None]:
+    """What this process flies with: versions by name, null for a package that is not installed, and the platform."""
+    packages = {"drake": "pydrake", "numpy": "numpy", "scipy": "scipy", "piqp": "piqp"}
+    found = {name: version(name) if is_installed(module) else None for name, module in packages.items()}
+    own = {"a2s_drake": version("a2s_drake")}
+    return own | found | {"python": platform.python_version(), "platform": platform.platform()}
+
+
 def write_metrics(flight: Flight, folder: Path) -> None:
-    """Writes `compute_metrics` of a flight as metrics.json into a folder."""
+    """Writes `compute_metrics` of a flight as metrics.json into a folder; null for numbers that are not finite."""
     with written_whole(folder / "metrics.json") as part:
-        part.write_text(json.dumps(compute_metrics(flight), indent=2) + "\n", encoding="utf-8")
+        part.write_text(json.dumps(_finite(compute_metrics(flight)), indent=2) + "\n", encoding="utf-8")
+
+
+def _finite(value: Any) -> Any:
+    """The same without NaN and infinity, which JSON does not know."""
+    if isinstance(value, dict):
+        return {name: _finite(entry) for name, entry in value.items()}
+    if isinstance(value, list):
+        return [_finite(entry) for entry in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -1,20 +1,35 @@
 """How a diagram is flown and its signals are logged."""
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Collection, Sequence
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
-from pydrake.systems.framework import Context, Diagram
+from pydrake.systems.framework import Context, Diagram, OutputPort
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.control.controller import SolverStatus
+from a2s_drake.common.signals import SolverStatus
+from a2s_drake.common.wiring import check_ports, own_blocks
 from a2s_drake.flight.divergence import DivergenceMonitor
 from a2s_drake.flight.log import Flight, FlightEnded, FlightInterrupted, Sample, WallClock, array_columns
+from a2s_drake.flight.signals import Signals, printable
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.scenario.track_file import read_files
+
+# Output ports that a diagram may export or not, by size.
+_OPTIONAL_PORTS = {
+    "ship_antenna_position": 3,
+    "reflection": 2,
+    "position_command": 3,
+    "snr_measurement": 2,
+    "measured_state": 12,
+    "phasor": 3,
+    "force_estimate": 3,
+    "rotor_speed_squared": 6,
+    "solver_status": 4,
+}
+_UNKNOWN = {name: np.full(size, np.nan) for name, size in _OPTIONAL_PORTS.items()}
 
 
 def run_flight(
@@ -22,6 +37,7 @@ def run_flight(
     scenario: Scenario,
     progress: Callable[[int], Any] | None = None,
     *,
+    log: Sequence[OutputPort] = (),
     observer: Callable[[Sample], Any] | None = None,
     target_realtime_rate: float = 0.0,
 ) -> Flight:
@@ -29,16 +45,26 @@ def run_flight(
 
     Args:
       diagram: `closed_loop` or `link_only` of `diagrams.BUILDERS`, built for this scenario, or one of the user's that
-        exports the same ports.
+        exports the same ports. These it may export or not, under exactly these names: `rotor_speed_squared` and
+        `solver_status` of a controller, `ship_antenna_position`, `reflection` (magnitude, phase), `position_command`,
+        `snr_measurement` (dB, time stamp), `measured_state`, `phasor` and `force_estimate`.
       progress: called with 1 after each sample; what it raises reaches the caller as it is.
+      log: ports whose values the flight keeps as `Flight.signals`, vector-valued, of the diagram or of any block in it;
+        `a2s_drake.flight.signals.Signals` says which names they get. Row k shows them at the state at t_k; what a
+        sampled block puts out is what holds from t_k on, as it is with the rotor speeds.
       observer: called with each sample as soon as it is logged; it must not change what it is given. What it raises
         reaches the caller as it is.
       target_realtime_rate: how fast simulated time may pass over wall-clock time; 0 means as fast as it can.
     Raises:
       ScenarioError: when a track file that the scenario names cannot be read.
+      TypeError, WiringError: before the flight, when an entry of `log` is no vector-valued port in this diagram, or a
+        port with one of the names above has another size; names it.
       FlightEnded: when the vehicle's motion diverges, or Drake refuses to go on; names time and reason.
       FlightInterrupted: on KeyboardInterrupt.
     """
+    exported = {name: size for name, size in _OPTIONAL_PORTS.items() if diagram.HasOutputPort(name)}
+    check_ports(printable(diagram.get_name()), diagram, {}, exported)
+    signals = Signals(diagram, log)
     simulator = Simulator(diagram)
     config = SimulatorConfig(
         integration_scheme=scenario.simulation.integrator,
@@ -51,24 +77,28 @@ def run_flight(
     monitor = DivergenceMonitor(diagram, scenario.simulation, scenario.mpc.period)
     if context.num_continuous_states():  # An ideal vehicle has none, and may turn as it likes.
         simulator.set_monitor(monitor)
+    reader, receiver = signals.reader(context), _Receiver()
+    names = {role: printable(name) for role, name in own_blocks(diagram).items()}
     rows: list[dict[str, Any]] = []
     files = read_files(scenario.mission)  # as they are at take-off
     begin = perf_counter()
 
-    def log() -> Flight:
-        return replace(_assemble(scenario, rows, perf_counter() - begin), files=files)
+    def flown() -> Flight:
+        clock = WallClock(np.array([row["step"] for row in rows]), perf_counter() - begin)
+        kept = signals.stacked([row["signals"] for row in rows])
+        return Flight(scenario, **_arrays(rows), signals=kept, own_blocks=names, wall_clock=clock, files=files)
 
     def fly_to(time: float) -> dict[str, Any]:
         if time > 0.0:
             simulator.AdvanceTo(time)
-        row = {"time": time} | _read_state(diagram, context)
+        row = {"time": time} | _read_state(diagram, context) | _read_beliefs(diagram, context, exported, receiver)
         start = perf_counter()
         if time == 0.0:
             simulator.Initialize()
         # The updates due at t_k happen now, so that row k holds the input applied from t_k on.
         simulator.AdvancePendingEvents()
         row["step"] = perf_counter() - start
-        return row | _read_input(diagram, context)
+        return row | _read_input(diagram, context, exported) | {"signals": reader.read()}
 
     try:
         for time in scenario.sample_times():
@@ -79,15 +109,15 @@ def run_flight(
                     raise  # It never flew: the diagram is at fault, not the flight.
                 # In the middle of a step Drake notices first that a state has overflowed, and names what it came upon.
                 reason = monitor.overflow() if monitor.has_overflowed(context) else error
-                raise FlightEnded(f"the flight ended at t = {context.get_time():.3f} s: {reason}", log()) from error
+                raise FlightEnded(f"the flight ended at t = {context.get_time():.3f} s: {reason}", flown()) from error
             # Outside the inner try: errors of theirs are no end of the flight.
             if progress is not None:
                 progress(1)
             if observer is not None:
                 observer(rows[-1])
     except KeyboardInterrupt:
-        raise FlightInterrupted(f"interrupted at t = {context.get_time():.2f} s", log()) from None
-    return log()
+        raise FlightInterrupted(f"interrupted at t = {context.get_time():.2f} s", flown()) from None
+    return flown()
 
 
 def _read(diagram: Diagram, context: Context, name: str) -> FloatArray:
@@ -105,22 +135,55 @@ def _read_state(diagram: Diagram, context: Context) -> dict[str, Any]:
     return row
 
 
-def _read_input(diagram: Diagram, context: Context) -> dict[str, Any]:
-    """What the update at t_k decides; a diagram without a controller has none of it."""
-    has_mpc = diagram.HasOutputPort("solver_status")
-    status = SolverStatus(_read(diagram, context, "solver_status") if has_mpc else np.zeros(4))
+class _Receiver:
+    """Tells the measurements of the SNR apart: a new time stamp is a new delivery."""
+
+    def __init__(self) -> None:
+        self._stamp = np.nan
+
+    def new(self, value: float, stamp: float) -> float:
+        """A measured value, dB, where it was not there before; else NaN. Before the first one the stamp is NaN."""
+        if np.isnan(stamp) or stamp == self._stamp:
+            return np.nan
+        self._stamp = stamp
+        return value
+
+
+def _read_beliefs(diagram: Diagram, context: Context, exported: Collection[str], receiver: _Receiver) -> dict[str, Any]:
+    """What not every diagram shows: more of the truth, what the law commands, and what the UAV believes.
+
+    Read before the update at t_k as well, because the decision at t_k is based on it.
+    """
+
+    def read(name: str) -> FloatArray:
+        return _read(diagram, context, name) if name in exported else _UNKNOWN[name]
+
+    row: dict[str, Any] = {
+        name: read(name) for name in ("ship_antenna_position", "measured_state", "phasor", "force_estimate")
+    }
+    row["reflection_magnitude"], row["reflection_phase"] = read("reflection")
+    # A law without this port moves nothing: it wants the vehicle on its path.
+    command = "position_command" if "position_command" in exported else "position_reference"
+    row["position_command"] = _read(diagram, context, command)
+    row["snr_measured_db"] = receiver.new(*read("snr_measurement"))
+    return row
+
+
+def _read_input(diagram: Diagram, context: Context, exported: Collection[str]) -> dict[str, Any]:
+    """What the update at t_k decides; a diagram without a controller has none of it, and not every one has a solver."""
+    has_rotors, has_solver = "rotor_speed_squared" in exported, "solver_status" in exported
+    status = SolverStatus(_read(diagram, context, "solver_status") if has_solver else np.zeros(4))
     return {
-        "rotor_speed": np.sqrt(_read(diagram, context, "rotor_speed_squared")) if has_mpc else np.full(6, np.nan),
+        "rotor_speed": np.sqrt(_read(diagram, context, "rotor_speed_squared"))
+        if has_rotors
+        else _UNKNOWN["rotor_speed_squared"],
         "solver_success": status.success,
         "solver_iterations": status.iterations,
         "solver_fallback": status.fallback,
     }
 
 
-def _assemble(scenario: Scenario, rows: list[dict[str, Any]], total: float) -> Flight:
+def _arrays(rows: list[dict[str, Any]]) -> dict[str, FloatArray]:
     # Without a row NumPy could not tell how wide they are.
     shapes = {name: (len(rows), len(names))[: min(len(names), 2)] for name, names in array_columns().items()}
-    logged = {name: np.array([row[name] for row in rows], float).reshape(shape) for name, shape in shapes.items()}
-    columns: dict[str, Any] = dict(logged)
-    clock = WallClock(np.array([row["step"] for row in rows]), total)
-    return Flight(scenario, **columns, wall_clock=clock)
+    return {name: np.array([row[name] for row in rows], float).reshape(shape) for name, shape in shapes.items()}

@@ -96,3 +96,17 @@ LAW_LABELS: dict[str, str] = {name: law.label for name, law in LAWS.items()}
 
 LAW_STYLES: dict[str, dict[str, Any]] = {name: law.style for name, law in LAWS.items()}
 """Matplotlib's settings by name of a law."""
+
+# Palette colour of the laws that the registry does not know; no law of the registry has it.
+_OWN_STYLE: dict[str, Any] = {"color": "#D55E00", "linestyle": "-"}
+
+
+def label_of(name: str) -> str:
+    """The label of a law in figures and tables; a law of the user's own goes by its name."""
+    # Matplotlib leaves a label that begins with an underscore out of a legend.
+    return LAW_LABELS.get(name, name.lstrip("_") or name)
+
+
+def style_of(name: str) -> dict[str, Any]:
+    """Matplotlib's settings of a law's lines; laws of the user's own share theirs."""
+    return LAW_STYLES.get(name, _OWN_STYLE)

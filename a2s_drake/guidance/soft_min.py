@@ -99,7 +99,7 @@ def attitude_reference(position: Array, ship: Array, link: Link, law: AttitudeLa
     Where ||k|| is below `MIN_PHASE_SENSITIVITY` the reference is level.
 
     Args:
-      position: planned centre of mass, m, W, shape (..., 3).
+      position: reference path of the centre of mass, m, W, shape (..., 3).
       ship: the ship's reference point at sea level, m, W, shape (..., 3).
       attitude_limit: half-width of the attitude box that the fallbacks clip to, rad.
     Returns:
@@ -108,7 +108,7 @@ def attitude_reference(position: Array, ship: Array, link: Link, law: AttitudeLa
       ValueError: for the law `planned`, which follows from time alone; see `a2s_drake.guidance.plan.plan`.
     """
     if law.name == "planned":
-        raise ValueError("attitude_law.name = 'planned': a plan hangs on time; see a2s_drake.guidance.plan.plan")
+        raise ValueError("attitude_law.name = 'planned': a plan depends on time; see a2s_drake.guidance.plan.plan")
     shape = np.broadcast_shapes(position.shape, ship.shape)
     if law.name == "level":
         return np.zeros(shape)
@@ -170,12 +170,12 @@ def AttitudeReference_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a tem
                                  +-------------------+
         ```
 
-        - `position_preview` (3(N+1)): planned position of the centre of mass, m, W, row by row.
+        - `position_preview` (3(N+1)): reference position of the centre of mass, m, W, row by row.
         - `ship_preview` (3(N+1)): the ship's reference point at sea level at the same instants, m, W.
         - `attitude_reference` (3): roll, pitch, yaw for the first instant, rad.
         - `attitude_preview` (3(N+1)): the same for all instants, rad, row by row.
 
-        Stateless; on the planned path it equals the paper's offline reference. Converts to AutoDiffXd.
+        Stateless; on the mission's path it equals the paper's offline reference. Converts to AutoDiffXd.
         """
 
         def _construct(
@@ -196,7 +196,7 @@ def AttitudeReference_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a tem
             self._construct(other._link, other._law, other._attitude_limit, other._horizon, converter=converter)
 
         def _calc_attitude_reference(self, context: Any, output: Any) -> None:
-            # Who reads the reference has mostly read the preview, which then stands in the cache.
+            # The preview is usually evaluated already; reuse its cache entry.
             output.SetFromVector(self._attitude_preview.Eval(context)[:3])
 
         def _calc_attitude_preview(self, context: Any, output: Any) -> None:

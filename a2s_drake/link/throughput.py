@@ -1,22 +1,23 @@
-"""Spectral efficiency of the exact two-ray channel and its derivatives by the attitude, in closed form."""
+"""Throughput: gains in percent, and the spectral efficiency with its derivatives by the attitude, in closed form."""
 
 import numpy as np
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.common.rotations import rotation_matrix
-from a2s_drake.link.two_ray import ship_antenna_and_image
+from a2s_drake.common.rotations import rotation_matrix, world_euler_axes
+from a2s_drake.link.two_ray import gain_model, ship_antenna_and_image, unit_gain
 from a2s_drake.scenario.parts import Link
+
+
+def gain_percent(throughput: float, baseline: float) -> float:
+    """How much larger a throughput is than a baseline of the same unit, %."""
+    return 100.0 * (throughput / baseline - 1.0)
 
 
 def antenna_derivatives(eta: FloatArray, link: Link) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The antenna's offset R(eta) r_a, m, W, shape (n, 3), and its derivatives, (n, 3 angles, 3) and (n, 3, 3, 3)."""
     R_WB = rotation_matrix(eta)
     offset = R_WB @ np.asarray(link.antenna_offset)
-    # World axes about which roll, pitch and yaw turn. Yaw turns the pitch axis and both turn the roll axis.
-    axes = np.zeros((len(eta), 3, 3))
-    axes[:, 0] = R_WB[:, :, 0]
-    axes[:, 1, 0], axes[:, 1, 1] = -np.sin(eta[:, 2]), np.cos(eta[:, 2])
-    axes[:, 2, 2] = 1.0
+    axes = np.swapaxes(world_euler_axes(eta, R_WB), -1, -2)
     first = np.cross(axes, offset[:, np.newaxis])
     second = np.empty((len(eta), 3, 3, 3))
     for i in range(3):
@@ -47,29 +48,20 @@ def efficiency_derivatives(
         slopes.append(slope)
         curvatures.append(bend / length[:, np.newaxis, np.newaxis] - np.einsum("nijd,nd->nij", second, unit))
 
-    (d_los, d_ref), gamma, wave = lengths, link.reflection_magnitude, 2.0 * np.pi / link.wavelength
-    phase = wave * (d_ref - d_los)
-    cross = 2.0 * gamma / (d_los * d_ref)
-    even, odd = cross * np.cos(phase), cross * wave * np.sin(phase)
-    # q = 1/d_los^2 + gamma^2/d_ref^2 - 2 gamma cos(phase)/(d_los d_ref), that is |g|^2 (4 pi/lambda)^2.
-    q = 1.0 / d_los**2 + (gamma / d_ref) ** 2 - even
-    q_by = (-2.0 / d_los**3 + even / d_los - odd, -2.0 * gamma**2 / d_ref**3 + even / d_ref + odd)
-    q_by_los_los = 6.0 / d_los**4 - 2.0 * even / d_los**2 + 2.0 * odd / d_los + wave**2 * even
-    q_by_ref_ref = 6.0 * gamma**2 / d_ref**4 - 2.0 * even / d_ref**2 - 2.0 * odd / d_ref + wave**2 * even
-    q_by_los_ref = -even / (d_los * d_ref) - odd / d_los + odd / d_ref - wave**2 * even
-
-    gradient = _scaled(q_by[0], slopes[0]) + _scaled(q_by[1], slopes[1])
+    d_los, d_ref = lengths
+    model = gain_model(d_los, d_ref, link)
+    gradient = _scaled(model.by_los, slopes[0]) + _scaled(model.by_ref, slopes[1])
     mixed = slopes[0][:, :, np.newaxis] * slopes[1][:, np.newaxis]
-    hessian = _scaled(q_by[0], curvatures[0]) + _scaled(q_by[1], curvatures[1])
-    hessian += _scaled(q_by_los_ref, mixed + np.swapaxes(mixed, 1, 2))
-    for by, slope in ((q_by_los_los, slopes[0]), (q_by_ref_ref, slopes[1])):
+    hessian = _scaled(model.by_los, curvatures[0]) + _scaled(model.by_ref, curvatures[1])
+    hessian += _scaled(model.by_los_ref, mixed + np.swapaxes(mixed, 1, 2))
+    for by, slope in ((model.by_los_los, slopes[0]), (model.by_ref_ref, slopes[1])):
         hessian += _scaled(by, slope[:, :, np.newaxis] * slope[:, np.newaxis])
 
-    snr_per_q = link.transmit_to_noise * (link.wavelength / (4.0 * np.pi)) ** 2
-    gain = snr_per_q / (1.0 + snr_per_q * q)
+    snr_per_q = link.transmit_to_noise * unit_gain(link)
+    gain = snr_per_q / (1.0 + snr_per_q * model.q)
     squared = gradient[:, :, np.newaxis] * gradient[:, np.newaxis]
     hessian = _scaled(gain, hessian) - _scaled(gain**2, squared)
-    return np.log2(1.0 + snr_per_q * q), _scaled(gain, gradient) / np.log(2.0), hessian / np.log(2.0)
+    return np.log2(1.0 + snr_per_q * model.q), _scaled(gain, gradient) / np.log(2.0), hessian / np.log(2.0)
 
 
 def _scaled(factor: FloatArray, array: FloatArray) -> FloatArray:

@@ -1,1 +1,1 @@
-"""What a flight hangs on, as data."""
+"""What a flight depends on, as data."""

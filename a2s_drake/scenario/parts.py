@@ -245,3 +245,26 @@ class Disturbance:
         attitude = math.radians(self.attitude_noise_deg)
         groups = (self.position_noise, attitude, self.velocity_noise, self.angular_velocity_noise)
         return [deviation for deviation in groups for _ in range(3)]
+
+
+@dataclass
+class Knowledge:
+    """How far the truth is from what the UAV believes; by default it knows everything.
+
+    Every other field of a scenario is the belief. The truth is the belief plus the error given here.
+    """
+
+    # True height of the ship's antenna above mean sea level less `link.ship_antenna_height`, m.
+    ship_antenna_height_error: float = _number(0.0, at_least=-1e4, at_most=1e4)
+    # True less measured position, m, world frame, and true less measured Euler angles, deg.
+    position_bias: list[float] = _vector(0.0, 0.0, 0.0, at_least=-1e3, at_most=1e3)
+    attitude_bias_deg: list[float] = _vector(0.0, 0.0, 0.0, at_least=-90.0, at_most=90.0)
+    # True transmit power less `link.transmit_power_dbm`, dB.
+    transmit_power_error_db: float = _number(0.0, at_least=-300.0, at_most=300.0)
+    # Age of the ship's track as it is reported to the UAV, s.
+    ship_latency: float = _number(0.0, at_least=0.0, at_most=86400.0)
+
+    @property
+    def pose_bias(self) -> list[float]:
+        """True less measured position, m, and Euler angles, rad."""
+        return [*self.position_bias, *map(math.radians, self.attitude_bias_deg)]

@@ -1,9 +1,9 @@
-"""Scenario: all that a flight hangs on, in one object that YAML holds, overrides change and `validate` checks."""
+"""Scenario: all that a flight depends on, as one object. YAML holds it, overrides change it, `validate` checks it."""
 
 import copy
 import os
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Self, get_type_hints
 
@@ -14,7 +14,17 @@ from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.quoting import PATH_LENGTH, named, one_line, quoted, shorten
 from a2s_drake.scenario.checks import ScenarioError, check_inertia, check_order, check_part, refuse
 from a2s_drake.scenario.field_values import field_value
-from a2s_drake.scenario.parts import Airframe, AttitudeLaw, Disturbance, Link, Mission, Mpc, Planning, Simulation
+from a2s_drake.scenario.parts import (
+    Airframe,
+    AttitudeLaw,
+    Disturbance,
+    Knowledge,
+    Link,
+    Mission,
+    Mpc,
+    Planning,
+    Simulation,
+)
 from a2s_drake.scenario.yaml_reader import YamlMap, read_text, read_yaml
 
 # More samples than this in one flight is a slip of the keyboard: at 20 ms it is more than two days.
@@ -23,7 +33,7 @@ _MAX_SAMPLES = 10_000_000
 
 @dataclass
 class Scenario:
-    """One flight: vehicle, link, mission, law, controller, disturbance, run; Table I (`paper`) by default."""
+    """One flight: all that it depends on, section by section; Table I (`paper`) by default."""
 
     airframe: Airframe = field(default_factory=Airframe)
     link: Link = field(default_factory=Link)
@@ -32,12 +42,21 @@ class Scenario:
     planning: Planning = field(default_factory=Planning)
     mpc: Mpc = field(default_factory=Mpc)
     disturbance: Disturbance = field(default_factory=Disturbance)
+    knowledge: Knowledge = field(default_factory=Knowledge)
     simulation: Simulation = field(default_factory=Simulation)
 
     @property
     def duration(self) -> float:
         """Length of the flight, s: `simulation.duration`, or the mission's where that is null."""
         return self.mission.duration if self.simulation.duration is None else self.simulation.duration
+
+    def true_link(self) -> Link:
+        """The link as it truly is: the believed one with the errors of antenna height and transmit power."""
+        return replace(
+            self.link,
+            ship_antenna_height=self.link.ship_antenna_height + self.knowledge.ship_antenna_height_error,
+            transmit_power_dbm=self.link.transmit_power_dbm + self.knowledge.transmit_power_error_db,
+        )
 
     def sample_times(self) -> FloatArray:
         """The controller's sampling instants t_k = k T_s from 0 to the end of the flight, s, shape (n,)."""

@@ -1,7 +1,6 @@
-"""The ideal study: what each law would win if the vehicle were always as it should be, and what any law could."""
+"""Ideal tracking: what each law wins where the vehicle is exactly at its reference, and what any law could win."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -9,6 +8,7 @@ from a2s_drake.common.arrays import BoolArray, FloatArray
 from a2s_drake.flight.log import Flight
 from a2s_drake.guidance.courses import Courses
 from a2s_drake.guidance.soft_min import affine_phase, attitude_reference
+from a2s_drake.link.throughput import gain_percent
 from a2s_drake.scenario.parts import FALLBACKS
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.study.ceiling import (
@@ -22,7 +22,7 @@ from a2s_drake.study.ceiling import (
 
 @dataclass(frozen=True)
 class Geometry:
-    """The planned mission sampled at t_k: time (n,), UAV and ship positions (n, 3), m, W."""
+    """The mission sampled at t_k: time (n,), where UAV and ship are meant to be (n, 3), m, W."""
 
     time: FloatArray
     position: FloatArray
@@ -30,13 +30,13 @@ class Geometry:
 
     @classmethod
     def of(cls, scenario: Scenario) -> "Geometry":
-        """The planned geometry of a scenario over its flight."""
+        """The geometry of a scenario over its flight."""
         time = scenario.sample_times()
         return cls(time, *Courses.of(scenario).positions(time))
 
     @classmethod
     def of_flight(cls, flight: Flight) -> "Geometry":
-        """The planned geometry that a flight has logged."""
+        """The geometry that a flight has logged: its reference path, not where it flew."""
         return cls(flight.time, flight.position_reference, flight.ship_position)
 
 
@@ -51,13 +51,13 @@ def without_candidate(zero: FloatArray, nearest: FloatArray) -> BoolArray:
     return np.asarray((zero != nearest).any(axis=1))
 
 
-def ideal_gain(scenario: Scenario, geometry: Geometry, eta: FloatArray) -> float:
+def held_gain(scenario: Scenario, geometry: Geometry, eta: FloatArray) -> float:
     """Gain in throughput of an attitude held exactly over level attitude held exactly, %."""
     mine, level = (
         throughput_of(geometry.position, attitude, geometry.ship, scenario.link, scenario.mpc.period)
         for attitude in (eta, np.zeros_like(eta))
     )
-    return 100.0 * (mine / level - 1.0)
+    return gain_percent(mine, level)
 
 
 def phase_errors(scenario: Scenario, geometry: Geometry) -> FloatArray:
@@ -72,14 +72,50 @@ def phase_errors(scenario: Scenario, geometry: Geometry) -> FloatArray:
     )
 
 
-def ideal_study(scenario: Scenario) -> dict[str, Any]:
-    """Ideal tracking of every law and fallback, both ceilings, and the affine phase error.
+@dataclass(frozen=True)
+class Ceilings:
+    """Gain over level of the best attitude at every sample, held exactly, %.
 
-    Returns:
-      `level_throughput_bit_per_hz`; `gain_percent` by law and fallback; `ceiling_percent` in the attitude `box` and
-      over `hoverable` attitudes; `empty_share` of samples without a feasible candidate by law; `hoverable_share` of
-      the three-axis references under each fallback; `affine_phase_error_rad` {max, rms}.
+    Attributes:
+      box: the best in the attitude box.
+      hoverable: the best of those at which the vehicle can rest.
     """
+
+    box: float
+    hoverable: float
+
+
+@dataclass(frozen=True)
+class PhaseError:
+    """Error of the affine phase on the boundary of the attitude box: largest and root mean square, rad."""
+
+    max: float
+    rms: float
+
+
+@dataclass(frozen=True)
+class IdealTracking:
+    """What a scenario's laws win with every attitude held exactly, and what any attitude could.
+
+    Attributes:
+      level_throughput_bit_per_hz: of level attitude.
+      gain_percent: over level, by law and fallback.
+      ceiling_percent: the most that an attitude wins.
+      empty_share: share of the samples without a feasible candidate, by law.
+      hoverable_share: share of the three-axis references at which the vehicle can rest, by fallback.
+      affine_phase_error_rad: how good the affine phase is.
+    """
+
+    level_throughput_bit_per_hz: float
+    gain_percent: dict[str, dict[str, float]]
+    ceiling_percent: Ceilings
+    empty_share: dict[str, float]
+    hoverable_share: dict[str, float]
+    affine_phase_error_rad: PhaseError
+
+
+def measure_ideal_tracking(scenario: Scenario) -> IdealTracking:
+    """Ideal tracking of every law and fallback of a scenario, both ceilings, and the affine phase error."""
     geometry = Geometry.of(scenario)
     link, limit, airframe = scenario.link, scenario.mpc.attitude_limit, scenario.airframe
     references = {
@@ -91,27 +127,21 @@ def ideal_study(scenario: Scenario) -> dict[str, Any]:
     hover = best_hoverable_attitude(geometry.position, geometry.ship, link, limit, airframe)
     errors = phase_errors(scenario, geometry)
     level = np.zeros_like(box)
-    return {
-        "level_throughput_bit_per_hz": throughput_of(
-            geometry.position, level, geometry.ship, link, scenario.mpc.period
-        ),
-        "gain_percent": {
-            name: {fallback: ideal_gain(scenario, geometry, references[name, fallback]) for fallback in FALLBACKS}
+    return IdealTracking(
+        level_throughput_bit_per_hz=throughput_of(geometry.position, level, geometry.ship, link, scenario.mpc.period),
+        gain_percent={
+            name: {fallback: held_gain(scenario, geometry, references[name, fallback]) for fallback in FALLBACKS}
             for name in ("three_axis", "pitch_only")
         },
-        "ceiling_percent": {
-            "box": ideal_gain(scenario, geometry, box),
-            "hoverable": ideal_gain(scenario, geometry, hover),
-        },
-        "empty_share": {
+        ceiling_percent=Ceilings(
+            box=held_gain(scenario, geometry, box), hoverable=held_gain(scenario, geometry, hover)
+        ),
+        empty_share={
             name: float(without_candidate(references[name, "zero"], references[name, "nearest"]).mean())
             for name in ("three_axis", "pitch_only")
         },
-        "hoverable_share": {
+        hoverable_share={
             fallback: float(is_hoverable(references["three_axis", fallback], airframe).mean()) for fallback in FALLBACKS
         },
-        "affine_phase_error_rad": {
-            "max": float(np.abs(errors).max()),
-            "rms": float(np.sqrt((errors**2).mean())),
-        },
-    }
+        affine_phase_error_rad=PhaseError(max=float(np.abs(errors).max()), rms=float(np.sqrt((errors**2).mean()))),
+    )

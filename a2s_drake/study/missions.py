@@ -1,4 +1,4 @@
-"""Beyond Table I: the law `planned` against the paper's law and level on other missions, twenty of them at random."""
+"""The law `planned` against the paper's law and level on other missions than Table I, twenty of them at random."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,9 +9,10 @@ from a2s_drake.common.arrays import FloatArray
 from a2s_drake.flight import feasible
 from a2s_drake.flight.log import Flight
 from a2s_drake.flight.metrics import bounds, gain_percent, position_error, solver_summary, throughput
+from a2s_drake.link.throughput import gain_percent as throughput_gain
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.study.ceiling import best_hoverable_attitude, throughput_of
-from a2s_drake.study.ideal_tracking import Geometry, ideal_gain
+from a2s_drake.study.ideal_tracking import Geometry, held_gain
 from a2s_drake.study.paper.readings import SECOND_AIRFRAME, under_law
 
 # The scenarios that are varied: the first one's weights fly level and the paper's law, the second one's fly the plan.
@@ -90,7 +91,7 @@ def flight_name(mission: str, flight: str) -> str:
     return f"{mission}, {flight}"
 
 
-def beyond_scenarios(bases: Mapping[str, Scenario], missions: Sequence[str]) -> dict[str, Scenario]:
+def mission_scenarios(bases: Mapping[str, Scenario], missions: Sequence[str]) -> dict[str, Scenario]:
     """Every flight of some missions by name, mission by mission.
 
     Args:
@@ -123,7 +124,7 @@ class Outcome:
     Attributes:
       level_throughput: of the level flight, bit/Hz.
       flown_gain: of the paper's law under `nearest` and `zero`, and of `planned`.
-      path_gain: the same with the attitudes as flown, but every position as planned: what is won by attitude alone.
+      path_gain: the same with the attitudes as flown, but every position on the reference path: won by attitude alone.
       plan_gain: of the plan held exactly, a certified local optimum with margins: the dynamic ceiling, as far as known.
       hover_gain: of the best statically hoverable attitude at every instant: the static ceiling.
       plan_share: throughput of `planned` over that of its plan held exactly.
@@ -149,7 +150,7 @@ class Outcome:
 
     @property
     def over_paper_on_path(self) -> float:
-        """The same on the planned path: the paper's law, softly tracked, wins or loses by leaving it."""
+        """The same on the reference path: the paper's law, softly tracked, wins or loses by leaving it."""
         return _over_paper(self.path_gain)
 
     @property
@@ -159,11 +160,11 @@ class Outcome:
 
 
 def _over_paper(gains: Mapping[str, float]) -> float:
-    return 100.0 * ((100.0 + gains["planned"]) / (100.0 + max(gains["nearest"], gains["zero"])) - 1.0)
+    return throughput_gain(100.0 + gains["planned"], 100.0 + max(gains["nearest"], gains["zero"]))
 
 
 def outcome(flights: Mapping[str, Flight], mission: str) -> Outcome:
-    """A mission's numbers, from the flights of `beyond_scenarios`."""
+    """A mission's numbers, from the flights of `mission_scenarios`."""
     flown = {name: flights[flight_name(mission, name)] for name in _FLIGHTS}
     level, planned = flown["level"], flown["planned"]
     plan = planned.attitude_reference
@@ -171,8 +172,8 @@ def outcome(flights: Mapping[str, Flight], mission: str) -> Outcome:
     return Outcome(
         level_throughput=throughput(level),
         flown_gain={name: gain_percent(flown[name], level) for name in _FLIGHTS[1:]},
-        path_gain={name: 100.0 * (on_path[name] / on_path["level"] - 1.0) for name in _FLIGHTS[1:]},
-        plan_gain=ideal_gain(planned.scenario, Geometry.of_flight(planned), plan),
+        path_gain={name: throughput_gain(on_path[name], on_path["level"]) for name in _FLIGHTS[1:]},
+        plan_gain=held_gain(planned.scenario, Geometry.of_flight(planned), plan),
         hover_gain=_hover_gain(planned),
         plan_share=throughput(planned) / _held(planned, plan),
         position_error=float(position_error(planned).max()),
@@ -182,7 +183,7 @@ def outcome(flights: Mapping[str, Flight], mission: str) -> Outcome:
 
 
 def _held(flight: Flight, eta: FloatArray) -> float:
-    """Throughput of an attitude (n, 3) held exactly on a flight's planned path, bit/Hz."""
+    """Throughput of an attitude (n, 3) held exactly on a flight's reference path, bit/Hz."""
     scenario = flight.scenario
     return throughput_of(flight.position_reference, eta, flight.ship_position, scenario.link, scenario.mpc.period)
 
@@ -194,7 +195,7 @@ def _hover_gain(flight: Flight) -> float:
     best = best_hoverable_attitude(
         geometry.position, geometry.ship, scenario.link, scenario.mpc.attitude_limit, scenario.airframe
     )
-    return ideal_gain(scenario, geometry, best)
+    return held_gain(scenario, geometry, best)
 
 
 def missions_table(names: Sequence[str]) -> str:
@@ -204,7 +205,7 @@ def missions_table(names: Sequence[str]) -> str:
     return "\n".join(["| mission | Table I, but for |", "|---|---|", *rows])
 
 
-def beyond_table(outcomes: Mapping[str, Outcome]) -> str:
+def outcome_table(outcomes: Mapping[str, Outcome]) -> str:
     """One row a mission, as Markdown; the last columns say how much of each ceiling the one below it is."""
     head = [
         "mission",
@@ -240,10 +241,10 @@ def beyond_table(outcomes: Mapping[str, Outcome]) -> str:
     return "\n".join(lines)
 
 
-def beyond_report(outcomes: Mapping[str, Outcome]) -> str:
+def missions_report(outcomes: Mapping[str, Outcome]) -> str:
     """The missions, how they were flown, and what it comes to: over all of them, and over those drawn at random."""
     drawn = {name: row for name, row in outcomes.items() if name.startswith(_RANDOM)}
-    parts = [missions_table(list(outcomes)), beyond_table(outcomes), "All missions:", _summary(outcomes)]
+    parts = [missions_table(list(outcomes)), outcome_table(outcomes), "All missions:", _summary(outcomes)]
     if drawn:
         parts += ["Missions drawn at random:", _summary(drawn)]
     return "\n\n".join(parts)

@@ -1,4 +1,4 @@
-"""Campaign: many flights through one executor."""
+"""Pool: many flights through one executor, such as a pool of worker processes."""
 
 import multiprocessing
 import os
@@ -78,9 +78,8 @@ def fly_each(
             yield jobs[job], job.result()
     except BaseException:
         executor.shutdown(wait=False, cancel_futures=True)
-        # The workers may have been started by an earlier call with the same executor.
-        for child in (
-            executor.started if isinstance(executor, _Workers) else set(multiprocessing.active_children()) - others
-        ):
+        # Workers of ours may have been started by an earlier call with the same executor, so it names them itself.
+        newcomers = set(multiprocessing.active_children()) - others
+        for child in executor.started if isinstance(executor, _Workers) else newcomers:
             child.terminate()
         raise

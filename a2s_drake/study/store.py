@@ -11,19 +11,19 @@ from pathlib import Path
 import numpy as np
 
 from a2s_drake.common.packages import is_installed
-from a2s_drake.flight.log import Flight, array_names
+from a2s_drake.flight.log import Flight, array_names, optional_names
 from a2s_drake.flight.metrics import write_metrics
 from a2s_drake.scenario.checks import ScenarioError
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.scenario.track_file import by_content
 from a2s_drake.study.pool import fly_each
 
-# Rooms that look at flights or decide which to fly; no number in a flight hangs on them.
-_LOOKS_ON = {"study", "views", "benchmark", "__init__.py"}
+# Rooms that look at flights or decide which to fly; no number in a flight depends on them.
+_NO_PART_OF_A_FLIGHT = {"study", "views", "benchmark", "__init__.py"}
 
 
 def code_digest(*packages: Path) -> str:
-    """A digest of the Python sources below some folders, but for those that only look on.
+    """A digest of the Python sources below some folders, but for those that change no number of a flight.
 
     A flight belongs to the code that flew it: with other code it is flown again.
     """
@@ -31,13 +31,13 @@ def code_digest(*packages: Path) -> str:
     for package in packages:
         for source in sorted(package.rglob("*.py")):
             name = source.relative_to(package)
-            if name.parts[0] not in _LOOKS_ON:
+            if name.parts[0] not in _NO_PART_OF_A_FLIGHT:
                 digest.update(name.as_posix().encode() + b"\0" + source.read_bytes() + b"\0")
     return digest.hexdigest()
 
 
 class FlightStore:
-    """A folder of flights, each in a folder of its own named by all it hangs on: scenario, code and libraries."""
+    """A folder of flights, each in a folder of its own named by all it depends on: scenario, code and libraries."""
 
     def __init__(self, folder: Path, code: str) -> None:
         """A store in a folder, which is made where it is missing, for flights of the code with some digest."""
@@ -76,8 +76,8 @@ class FlightStore:
             return None
         return replace(flight, scenario=scenario)  # which names the same track files in their own places
 
-    def keep(self, flight: Flight) -> None:
-        """Keeps a flight; an interrupt leaves each file old or new, never half written."""
+    def save(self, flight: Flight) -> None:
+        """Saves a flight; an interrupt leaves each file old or new, never half written."""
         place = self.place(flight.scenario, flight.files)
         flight.save(place)
         write_metrics(flight, place)
@@ -87,20 +87,23 @@ def _check(flight: Flight, scenario: Scenario, place: Path) -> None:
     """Raises ValueError, which names the file, unless a flight is that of a scenario, whole and finite."""
     if by_content(flight.scenario, flight.files) != by_content(scenario, {}):
         raise ValueError(f"{place / 'scenario.yaml'}: holds another scenario")
+    if not flight.rebuilds_from_scenario:
+        raise ValueError(f"{place / 'flight.npz'}: was flown with blocks that the scenario does not name")
     samples = len(scenario.sample_times())
     for name in array_names():
         values = getattr(flight, name)
-        if len(values) != samples or not np.isfinite(values).all():
+        # What the diagram need not show may be missing, as NaN, but not a row of it.
+        if len(values) != samples or not (name in optional_names() or np.isfinite(values).all()):
             raise ValueError(f"{place / 'flight.npz'}: {name} is not {samples} finite rows")
 
 
-def fly_kept(
+def load_or_fly(
     scenarios: Mapping[str, Scenario],
     fly: Callable[[Scenario, int], Flight],
     store: FlightStore,
     executor: Executor,
 ) -> Iterator[tuple[str, Flight]]:
-    """Flights by name: first those kept, then, as they are done and kept, the others. See `campaign.fly_each`.
+    """Flights by name: first those kept, then, as they are done and kept, the others. See `pool.fly_each`.
 
     Equal scenarios under several names are flown once.
 
@@ -120,7 +123,7 @@ def fly_kept(
             yield name, kept
     places = {first: place for place, (first, *_) in names.items()}
     for first, flight in fly_each(missing, fly, executor):
-        store.keep(flight)
+        store.save(flight)
         if store.place(flight.scenario, flight.files) != places[first]:
             raise ScenarioError(f"{first}: its path_file or ship_track_file changed before it was flown; start again")
         for name in names[places[first]]:

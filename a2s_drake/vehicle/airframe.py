@@ -14,6 +14,7 @@ from pydrake.systems.primitives import Gain
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from a2s_drake.common.arrays import FloatArray
+from a2s_drake.common.signals import NUM_STATES, State
 from a2s_drake.common.wiring import build_wired
 from a2s_drake.scenario.parts import GRAVITY, Airframe, Disturbance
 from a2s_drake.world.wind import WindGust
@@ -90,7 +91,8 @@ def VehicleState_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a template
         def _construct(self, converter: Any = None) -> None:
             LeafSystem_[T].__init__(self, converter=converter)
             self._plant_state = self.DeclareVectorInputPort("plant_state", 13)
-            self.DeclareVectorOutputPort("vehicle_state", 12, self._calc_vehicle_state, {self._plant_state.ticket()})
+            prerequisites = {self._plant_state.ticket()}
+            self.DeclareVectorOutputPort("vehicle_state", NUM_STATES, self._calc_vehicle_state, prerequisites)
 
         def _construct_copy(self, _other: Any, converter: Any = None) -> None:
             self._construct(converter=converter)
@@ -101,7 +103,7 @@ def VehicleState_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a template
             # Integration lets the quaternion drift off unit length by rounding; Drake's constructor does not.
             R_WB = RotationMatrixT(Quaternion(wxyz=wxyz / np.sqrt(wxyz.dot(wxyz))))
             eta = RollPitchYaw(R_WB).vector()
-            output.SetFromVector(np.concatenate([p_WB, eta, v_WB_W, R_WB.inverse().multiply(w_WB_W)]))
+            output.SetFromVector(State.of(p_WB, eta, v_WB_W, R_WB.inverse().multiply(w_WB_W)).array)
 
     return VehicleState
 
@@ -135,7 +137,14 @@ def add_airframe(
     p_WB: Sequence[float] = (0.0, 0.0, 0.0),
     disturbance: Disturbance | None = None,
 ) -> Diagram:
-    """Adds the hexarotor as a sub-diagram named `airframe`, by default level and at rest at `p_WB` (m).
+    """Adds what `make_airframe` makes, and returns it."""
+    return builder.AddSystem(make_airframe(airframe, p_WB, disturbance))
+
+
+def make_airframe(
+    airframe: Airframe, p_WB: Sequence[float] = (0.0, 0.0, 0.0), disturbance: Disturbance | None = None
+) -> Diagram:
+    """The hexarotor as a diagram named `airframe`, by default level and at rest at `p_WB` (m).
 
     ```
                                +----------+
@@ -164,7 +173,7 @@ def add_airframe(
     _export_command(inner, propeller, disturbance)
     inner.ExportOutput(adapter.GetOutputPort("vehicle_state"), "vehicle_state")
     inner.ExportOutput(plant.get_body_poses_output_port(), "body_poses")
-    return builder.AddSystem(build_wired(inner, "airframe"))
+    return build_wired(inner, "airframe")
 
 
 def _disturbed(airframe: Airframe, disturbance: Disturbance) -> Airframe:

@@ -11,14 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.common.rotations import rotation_matrix, skew
+from a2s_drake.common.rotations import (
+    apply,
+    euler_axes,
+    inverse_euler_axes,
+    inverse_euler_axes_slope,
+    rotation_matrix,
+    skew,
+)
+from a2s_drake.common.signals import ANGULAR_VELOCITY, ATTITUDE, NUM_INPUTS, NUM_STATES, POSITION, VELOCITY, State
 from a2s_drake.scenario.parts import GRAVITY, Airframe
 from a2s_drake.vehicle.airframe import wrench_map
 
-NUM_STATES = 12
-NUM_INPUTS = 6
-POSITION, ATTITUDE, VELOCITY, RATE = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
-_TURNED = [3, 4, 5, 9, 10, 11]  # Attitude and rates.
+_TURNED = np.r_[ATTITUDE, ANGULAR_VELOCITY]
 _FIRST, _SECOND = [1, 2, 0], [2, 0, 1]  # The two other axes of x, y and z, in cyclic order.
 _IDENTITY = np.eye(3)
 
@@ -30,9 +35,10 @@ def _step_sparsity() -> NDArray[np.bool_]:
     """Which entries of a Runge-Kutta step's derivative by [x, u] can differ from zero, shape (12, 18)."""
     by_state = np.zeros((NUM_STATES, NUM_STATES), dtype=bool)
     by_state[POSITION, VELOCITY] = np.eye(3)
-    by_state[ATTITUDE, ATTITUDE] = by_state[ATTITUDE, RATE] = by_state[VELOCITY, ATTITUDE] = by_state[RATE, RATE] = True
+    by_state[ATTITUDE, ATTITUDE] = by_state[VELOCITY, ATTITUDE] = True
+    by_state[ATTITUDE, ANGULAR_VELOCITY] = by_state[ANGULAR_VELOCITY, ANGULAR_VELOCITY] = True
     by_input = np.zeros((NUM_STATES, NUM_INPUTS), dtype=bool)
-    by_input[VELOCITY] = by_input[RATE] = True
+    by_input[VELOCITY] = by_input[ANGULAR_VELOCITY] = True
     # Four stages hand influence on up to four times.
     reach = np.linalg.matrix_power(np.eye(NUM_STATES) + by_state, len(_RK4_STAGES)) > 0.0
     return np.hstack([reach, reach @ by_input])
@@ -76,31 +82,31 @@ class RigidBodyModel:
     def derivative(self, x: FloatArray, u: FloatArray) -> FloatArray:
         """Time derivative of the state, shape (..., 12), for x (..., 12) and u (..., 6)."""
         thrust_B, turn_B = self.accelerations(u)
-        xdot = np.empty_like(x)
-        xdot[..., POSITION] = x[..., VELOCITY]
-        xdot[..., ATTITUDE], xdot[..., RATE] = self._turning(x[..., ATTITUDE], x[..., RATE], turn_B)
-        xdot[..., VELOCITY] = _apply(rotation_matrix(x[..., ATTITUDE]), thrust_B)
-        xdot[..., 8] -= GRAVITY
-        return xdot
+        state = State(x)
+        acceleration = apply(rotation_matrix(state.attitude), thrust_B)
+        acceleration[..., 2] -= GRAVITY
+        attitude_rate, angular_acceleration = self._turning(state.attitude, state.angular_velocity, turn_B)
+        return State.of(state.velocity, attitude_rate, acceleration, angular_acceleration).array
 
     def _turning(self, eta: FloatArray, omega: FloatArray, turn_B: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Time derivatives of attitude and angular velocity, each (..., 3)."""
         # For principal moments omega x (J omega) is (J_z - J_y) omega_y omega_z, and so on in turn.
         gyroscopic = self._gyroscopic_factors * (omega[..., _FIRST] * omega[..., _SECOND])
-        return _apply(_euler_rates(eta), omega), turn_B - gyroscopic
+        return apply(inverse_euler_axes(eta), omega), turn_B - gyroscopic
 
     def jacobians(self, x: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Derivatives of `derivative`: by the state, shape (..., 12, 12), and by the input, shape (..., 12, 6)."""
-        turning, falling, R_WB = self._jacobian_blocks(x[..., ATTITUDE], x[..., RATE], self.accelerations(u)[0])
+        state = State(x)
+        turning, falling, R_WB = self._jacobian_blocks(state.attitude, state.angular_velocity, self.accelerations(u)[0])
         by_state = np.zeros((*x.shape[:-1], NUM_STATES, NUM_STATES))
         by_state[..., POSITION, VELOCITY] = np.eye(3)
         by_state[..., ATTITUDE, ATTITUDE] = turning[..., :3, :3]
-        by_state[..., ATTITUDE, RATE] = turning[..., :3, 3:]
+        by_state[..., ATTITUDE, ANGULAR_VELOCITY] = turning[..., :3, 3:]
         by_state[..., VELOCITY, ATTITUDE] = falling
-        by_state[..., RATE, RATE] = turning[..., 3:, 3:]
+        by_state[..., ANGULAR_VELOCITY, ANGULAR_VELOCITY] = turning[..., 3:, 3:]
         by_input = np.zeros((*x.shape[:-1], NUM_STATES, NUM_INPUTS))
         by_input[..., VELOCITY, :] = R_WB @ self._accelerations_by_input[:3]
-        by_input[..., RATE, :] = self._accelerations_by_input[3:]
+        by_input[..., ANGULAR_VELOCITY, :] = self._accelerations_by_input[3:]
         return by_state, by_input
 
     def _jacobian_blocks(
@@ -113,11 +119,11 @@ class RigidBodyModel:
         """
         R_WB = rotation_matrix(eta)
         turning = np.zeros((*eta.shape[:-1], 6, 6))
-        turning[..., :3, :3] = _euler_rate_slope(eta, omega)
-        turning[..., :3, 3:] = _euler_rates(eta)
+        turning[..., :3, :3] = inverse_euler_axes_slope(eta, omega)
+        turning[..., :3, 3:] = inverse_euler_axes(eta)
         turning[..., 3:, 3:] = (skew(self.inertia * omega) - skew(omega) * self.inertia) / self.inertia[:, np.newaxis]
         # d(R f)/d eta_i = R (e_i x f), e_i the body axis about which eta_i turns.
-        falling = -R_WB @ (skew(thrust_B) @ _euler_axes(eta))
+        falling = -R_WB @ (skew(thrust_B) @ euler_axes(eta))
         return turning, falling, R_WB
 
     def step(self, x: FloatArray, u: FloatArray, period: float) -> FloatArray:
@@ -145,7 +151,7 @@ class RigidBodyModel:
             turned_by += weight * turning_rate
         stage = np.stack(stages)
         turning, falling, R_WB = self._jacobian_blocks(stage[..., :3], stage[..., 3:], thrust_B)
-        acceleration = _apply(R_WB, thrust_B)
+        acceleration = apply(R_WB, thrust_B)
 
         # Derivatives by [eta, omega, turn_B]: of each stage, of its slope, and of the step.
         reached = np.zeros((*turning.shape[:-1], 9))
@@ -162,7 +168,7 @@ class RigidBodyModel:
         following[..., _TURNED] += period / 6.0 * turned_by
         acceleration[..., 2] -= GRAVITY
         fallen, moved = _stage_sums(acceleration, period)
-        following[..., POSITION] += period * x[..., VELOCITY] + moved
+        following[..., POSITION] += period * State(x).velocity + moved
         following[..., VELOCITY] += fallen
 
         by_turned = np.zeros((*x.shape[:-1], NUM_STATES, 9))
@@ -187,49 +193,8 @@ class RigidBodyModel:
         return np.stack(states)
 
 
-def _apply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
-    """Matrix times vector, over leading axes."""
-    return (matrix @ vector[..., np.newaxis])[..., 0]
-
-
 def _stage_sums(slopes: FloatArray, period: float) -> tuple[FloatArray, FloatArray]:
     """What the four stages' accelerations (4, ...) add to the velocity and, by way of it, to the position."""
     first, second, third, fourth = slopes
     inner = second + third
     return period / 6.0 * (first + 2.0 * inner + fourth), period**2 / 6.0 * (first + inner)
-
-
-def _euler_rates(eta: FloatArray) -> FloatArray:
-    """The matrix from body angular velocity to d(eta)/dt, shape (..., 3, 3); singular at pitch +-90 deg."""
-    sr, cr = np.sin(eta[..., 0]), np.cos(eta[..., 0])
-    cp, tp = np.cos(eta[..., 1]), np.tan(eta[..., 1])
-    matrix = np.zeros((*eta.shape, 3))
-    matrix[..., 0, 0] = 1.0
-    matrix[..., 0, 1], matrix[..., 0, 2] = sr * tp, cr * tp
-    matrix[..., 1, 1], matrix[..., 1, 2] = cr, -sr
-    matrix[..., 2, 1], matrix[..., 2, 2] = sr / cp, cr / cp
-    return matrix
-
-
-def _euler_rate_slope(eta: FloatArray, omega: FloatArray) -> FloatArray:
-    """Derivative of `_euler_rates(eta) omega` by eta, shape (..., 3, 3); the yaw column is zero."""
-    sr, cr = np.sin(eta[..., 0]), np.cos(eta[..., 0])
-    cp, tp = np.cos(eta[..., 1]), np.tan(eta[..., 1])
-    along = sr * omega[..., 1] + cr * omega[..., 2]
-    across = cr * omega[..., 1] - sr * omega[..., 2]
-    slope = np.zeros((*eta.shape, 3))
-    slope[..., 0, 0], slope[..., 0, 1] = across * tp, along / cp**2
-    slope[..., 1, 0] = -along
-    slope[..., 2, 0], slope[..., 2, 1] = across / cp, along * tp / cp
-    return slope
-
-
-def _euler_axes(eta: FloatArray) -> FloatArray:
-    """The body axes about which roll, pitch and yaw turn, as columns; the inverse of `_euler_rates`."""
-    sr, cr = np.sin(eta[..., 0]), np.cos(eta[..., 0])
-    sp, cp = np.sin(eta[..., 1]), np.cos(eta[..., 1])
-    axes = np.zeros((*eta.shape, 3))
-    axes[..., 0, 0], axes[..., 0, 2] = 1.0, -sp
-    axes[..., 1, 1], axes[..., 1, 2] = cr, sr * cp
-    axes[..., 2, 1], axes[..., 2, 2] = -sr, cr * cp
-    return axes

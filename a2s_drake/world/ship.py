@@ -3,13 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
 from pydrake.trajectories import Trajectory
 
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.motion import Motion, TrajectoryMotion, as_motion, through_points
-from a2s_drake.common.preview import PreviewSource, elapsed_share
+from a2s_drake.common.preview import elapsed_share
 from a2s_drake.scenario.checks import refuse
-from a2s_drake.scenario.parts import Mission, Mpc
+from a2s_drake.scenario.parts import Mission
 from a2s_drake.scenario.track_file import read_track
 
 
@@ -70,29 +71,29 @@ def ship_position(time: FloatArray, mission: Mission) -> FloatArray:
     return ship_track(mission).position(time)
 
 
-class ShipTrajectory(PreviewSource):
+class ShipTrajectory(LeafSystem):
     """The ship's track: that of a mission, or any other motion.
 
     ```
-                 +----------------+
-                 |                |--> ship_position
-                 | ShipTrajectory |
-                 |                |--> ship_preview
-                 +----------------+
+    +----------------+
+    | ShipTrajectory |--> ship_position
+    +----------------+
     ```
 
-    - `ship_position` (3): the ship's reference point at sea level now, m, W.
-    - `ship_preview` (3(N+1)): the same at now, now + T_s, ..., now + N T_s, row by row; past its end the
-      last value.
+    - `ship_position` (3): the ship's reference point at mean sea level now, m, W.
 
-    Stateless; depends on time alone.
+    Stateless; depends on time alone. What the UAV believes of the ship's track is told by a `ShipReport`.
     """
 
-    def __init__(self, track: Mission | Motion | Trajectory, mpc: Mpc) -> None:
-        """A block that serves a track over a controller's horizon.
+    def __init__(self, track: Mission | Motion | Trajectory) -> None:
+        """A block that serves a track.
 
         Args:
           track: a mission, whose file is read now where it names one; or a motion; or a Drake trajectory of positions.
         """
-        motion = ship_track(track) if isinstance(track, Mission) else as_motion(track)
-        super().__init__(motion.position, mpc.period, mpc.horizon, "ship_position", "ship_preview")
+        LeafSystem.__init__(self)
+        self.track = ship_track(track) if isinstance(track, Mission) else as_motion(track)
+        self.DeclareVectorOutputPort("ship_position", 3, self._calc_ship_position, {self.time_ticket()})
+
+    def _calc_ship_position(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self.track.position(np.array(context.get_time())))

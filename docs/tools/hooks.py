@@ -120,7 +120,7 @@ def flight_table() -> str:
     columns, units = flight.array_columns(), flight.array_units()
     for name in flight.array_names():
         unit = units[name]
-        what = ", ".join(word for word in stated[name].split(", ") if word not in (unit, "dimensionless"))
+        what = ", ".join(word for word in stated[name].split(", ") if word not in (*unit.split(", "), "dimensionless"))
         listed = " ".join(f"`{column}`" for column in columns[name])
         lines.append(f"| `{name}` | {shapes[name]} | {unit or '1'} | {_escaped(what)} | {listed} |")
     return "\n".join(lines)

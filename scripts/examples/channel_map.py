@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from a2s_drake import Scenario, TwoRayChannel, attitude_reference
 from a2s_drake.guidance.soft_min import affine_phase, fringe_offsets, nearest_fringe
+from a2s_drake.link.two_ray import ship_antenna_and_image
 from scripts.example_figures import channel_map_figure
 from scripts.examples.shared import run, run_example
 
@@ -24,7 +25,7 @@ def show() -> Figure:
     position, ship = np.zeros(3), np.array([90.0, 0.0, -20.0])  # m, W
     channel = TwoRayChannel(link)
     context = channel.CreateDefaultContext()
-    channel.GetInputPort("ship_position").FixValue(context, ship)
+    channel.GetInputPort("ship_antenna_position").FixValue(context, ship_antenna_and_image(ship, link)[0])
 
     def evaluate(eta: np.ndarray) -> tuple[float, float]:
         state = np.concatenate([position, eta, np.zeros(6)])

@@ -10,13 +10,13 @@ from pydrake.systems.primitives import ConstantVectorSource
 from a2s_drake import AttitudeReference, Scenario, compute_metrics, hover_input, run_flight
 from a2s_drake.common.wiring import build_wired, export_outputs
 from a2s_drake.guidance.path import uav_path
-from diagrams import build_closed_loop
+from diagrams import Blocks, build_closed_loop
 from scripts.example_figures import laws_figure
 from scripts.examples.shared import run, run_example
 
 
 class PathVelocity(LeafSystem):
-    """| PathVelocity |--> velocity_preview: of the planned path at now, now + T_s, ..., m/s, W."""
+    """| PathVelocity |--> velocity_preview: of the reference path at now, now + T_s, ..., m/s, W."""
 
     def __init__(self, scenario: Scenario) -> None:
         LeafSystem.__init__(self)
@@ -45,7 +45,7 @@ def show(duration: float) -> Figure:
     flights = {}
     for name, law in (("level", "level"), ("the paper's law", "three_axis")):
         scenario = Scenario().with_overrides([f"attitude_law.name={law}", f"simulation.duration={duration}"]).validate()
-        flights[name] = run_flight(build_closed_loop(scenario, law=fed(scenario)), scenario)
+        flights[name] = run_flight(build_closed_loop(scenario, blocks=Blocks(law=fed)), scenario)
         got = compute_metrics(flights[name])
         print(f"{name}: {got['throughput_bit_per_hz']:.3f} bit/Hz, {got['position_error_max_m']:.4f} m astray at most")
     return laws_figure(flights)

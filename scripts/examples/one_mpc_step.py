@@ -12,6 +12,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
 from a2s_drake import Scenario, SolverStatus
+from a2s_drake.common.wiring import find_block
 from a2s_drake.control.horizon import cost_terms
 from a2s_drake.control.program import input_bounds, state_bounds
 from diagrams import build_closed_loop
@@ -27,12 +28,12 @@ def show() -> Figure:
     diagram = build_closed_loop(scenario)
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
-    plant = diagram.GetSubsystemByName("airframe").GetSubsystemByName("plant")
+    plant = find_block(diagram, "plant")
     body, off = plant.GetBodyByName("hexarotor"), RigidTransform([0.0, -0.3, 0.0])
     plant.SetFreeBodyPose(plant.GetMyMutableContextFromRoot(context), body, off)
     simulator.Initialize()  # The controller decides once.
 
-    mpc = diagram.GetSubsystemByName("mpc")
+    mpc = find_block(diagram, "mpc")
     own = mpc.GetMyContextFromRoot(context)
     plan, status = mpc.plan(own), SolverStatus(mpc.GetOutputPort("solver_status").Eval(own))
     reference = mpc.reference(own)

@@ -1,4 +1,4 @@
-"""An airframe of your own: at which attitudes can it hover, and how does that hang on the tilt of its rotors?
+"""An airframe of your own: at which attitudes can it hover, and how does that depend on the tilt of its rotors?
 
 Every number of the vehicle is a field of `Airframe`; `--change airframe.rotor_speed_min=0` and the like set them. A
 hexarotor can rest at an attitude when the rotor speeds that balance its weight lie within their bounds. At Table I's

@@ -12,7 +12,7 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem
 from a2s_drake import Scenario, compute_metrics, run_flight
 from a2s_drake.link.two_ray import antenna_position, channel_gain, path_lengths
 from a2s_drake.study.ceiling import is_hoverable
-from diagrams import build_closed_loop
+from diagrams import Blocks, build_closed_loop
 from scripts.example_figures import laws_figure
 from scripts.examples.shared import run, run_example
 
@@ -43,8 +43,12 @@ def show(duration: float) -> Figure:
     """Flies level, the paper's law and the one above; prints what they transmit and how far they stray."""
     paper = Scenario().with_value("simulation.duration", duration).validate()
     level = paper.with_value("attitude_law.name", "level").validate()
-    laws = {"level": (level, None), "the paper's law": (paper, None), "own law": (paper, BestHoverable(paper))}
-    flown = {name: run_flight(build_closed_loop(scenario, law=law), scenario) for name, (scenario, law) in laws.items()}
+    loops = {
+        "level": (level, build_closed_loop(level)),
+        "the paper's law": (paper, build_closed_loop(paper)),
+        "own law": (paper, build_closed_loop(paper, blocks=Blocks(law=BestHoverable))),
+    }
+    flown = {name: run_flight(loop, scenario) for name, (scenario, loop) in loops.items()}
     for name, flight in flown.items():
         got = compute_metrics(flight)
         print(f"{name}: {got['throughput_bit_per_hz']:.3f} bit/Hz, {got['position_error_max_m']:.3f} m astray at most")

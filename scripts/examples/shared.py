@@ -1,15 +1,15 @@
 """What the examples share, so that each can keep to its point: command line, errors, saving the picture."""
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from a2s_drake import FlightEnded, FlightInterrupted, ScenarioError
+from a2s_drake import FlightEnded, ScenarioError
 from a2s_drake.views.figures import save_figure
 from scripts import common
 from scripts.common import run
+from scripts.failure import fail
 
 __all__ = ["run", "run_example"]
 
@@ -39,12 +39,8 @@ def run_example(
         folder = given.pop("out") or Path(FOLDER)
         common.make_folder(folder)
         figure = show(**given)
-    except (common.UsageError, ScenarioError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    except FlightEnded as ended:
-        print(f"error: {ended}", file=sys.stderr)
-        return 130 if isinstance(ended, FlightInterrupted) else 1
+    except (common.UsageError, ScenarioError, FlightEnded) as error:
+        return fail(error)
     save_figure(figure, folder / name)
     print(f"picture: {folder / name}.png and .svg")
     return 0

@@ -53,7 +53,7 @@ def _text_somewhere(rng: Random) -> Case:
     cases = (
         *_each("simulate", simulated),
         *_each(rng.choice(_FLYING), [("paper", text)]),
-        *_each("beyond", [(text,)]),
+        *_each("missions", [(text,)]),
         *_each("reproduce", [(text,)]),
         Case((text,), script="show_diagram"),
         Case(("closed_loop", "--scenario", text), script="show_diagram"),
@@ -66,7 +66,7 @@ def _no_number(rng: Random) -> Case:
     cases = (
         *_each("simulate", [("paper", f"--duration={text}"), ("planned", f"--plan-within={text}", *SHORT)]),
         *_each(rng.choice(("compare", "robustness")), [("paper", f"--jobs={text}")]),
-        *_each(rng.choice(("reproduce", "beyond")), [(f"--jobs={text}",)]),
+        *_each(rng.choice(("reproduce", "missions")), [(f"--jobs={text}",)]),
         *_each("benchmark", [("paper", f"--peers-every={text}"), ("paper", "--peers-every=1.5")]),
         *(Case(("closed_loop", f"--depth={depth}"), script="show_diagram") for depth in (text, "1.5")),
     )
@@ -74,7 +74,7 @@ def _no_number(rng: Random) -> Case:
 
 
 def _jobs(rng: Random) -> Case:
-    script = rng.choice(("compare", "robustness", "reproduce", "beyond"))
+    script = rng.choice(("compare", "robustness", "reproduce", "missions"))
     named = ("paper",) if script in _FLYING else ()
     return Case((*named, "--jobs", rng.choice(_JOBS), *OUT), script=script)
 
@@ -95,7 +95,7 @@ def _option(rng: Random) -> Case:
         *_each("simulate", [("planned", f"--plan-within={text}", *SHORT) for text in ("-1", "nan", "-inf", "x")]),
         *_each(rng.choice(("compare", "robustness", "benchmark")), [("paper", "--law", "level"), ("paper", "--csv")]),
         *_each("reproduce", [("--slow",), ("paper",), ("--duration", "1")]),
-        *_each("beyond", [("nowhere",), ("--law", "level"), ("table_1", "x")]),
+        *_each("missions", [("nowhere",), ("--law", "level"), ("table_1", "x")]),
         *(Case(("paper", "--out", *more)) for more in ((), ("--csv",))),
         *(Case(command, script="show_diagram") for command in ((), ("x",), ("closed_loop", "--format", "bmp"))),
     )
@@ -112,7 +112,7 @@ def _at_odds(rng: Random) -> Case:
         *_each("simulate", [no_plan]),
         *_each("compare", [("paper", *law)]),
         *_each("robustness", [("paper", *law), ("paper", *disturbance), ("hover",)]),
-        *_each("beyond", [law]),
+        *_each("missions", [law]),
     )
     return rng.choice(cases)
 
@@ -126,7 +126,7 @@ def _scenario_name(rng: Random) -> Case:
 
 
 def _out(rng: Random) -> Case:
-    script = rng.choice((*_FLYING, "simulate", "reproduce", "beyond"))
+    script = rng.choice((*_FLYING, "simulate", "reproduce", "missions"))
     named = ("paper", *SHORT) if script in _FLYING else ()
     place = rng.choice((*_PLACES, *(("file", "file/below/it", "link", "link/below", "loop", "loop/x") * 2)))
     links = {"link": rng.choice(("file", "/dev/null", "/proc/nowhere")), "loop": "loop"}

@@ -30,7 +30,7 @@ def setting_command(rng: Random, name: str, text: str) -> Case:
     """One field set to a text of YAML, as an override or in a file."""
     section, _, field = name.partition(".")
     if rng.random() < 0.1:
-        return Case(("table_1", "--set", f"{name}={text}", *OUT), script="beyond")
+        return Case(("table_1", "--set", f"{name}={text}", *OUT), script="missions")
     if rng.random() < 0.5:
         return scenario_command(rng, "paper", (f"{name}={text}",))
     content = f"{section}:\n  {field}: {text}\n".encode(errors="surrogateescape")

@@ -24,7 +24,7 @@ from scripts.trial.case import Case
 # Where a case runs, what it prints and where its plans are kept, below the folder of the case or of the trial.
 WORK, STDOUT, STDERR, CACHE = "work", "stdout.txt", "stderr.txt", "cache"
 
-_PRELOADED = [f"scripts.{name}" for name in ("simulate", "compare", "robustness", "beyond", "reproduce", "benchmark")]
+_PRELOADED = [f"scripts.{name}" for name in ("simulate", "compare", "robustness", "missions", "reproduce", "benchmark")]
 # An input that asks for all the memory there is must fail alone.
 _MEMORY = 8 * 2**30
 # More than any script prints; a case that prints without end is read no further.

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from a2s_drake import Flight, Scenario
-from a2s_drake.flight.log import array_names
+from a2s_drake.flight.log import array_names, optional_names
 from scripts.trial.case import Case
 from scripts.trial.isolation import WORK, Ending
 
@@ -145,7 +145,7 @@ def _check_log(folder: Path) -> int:
         raise Fault(f"the flight cannot be loaded: {error}") from error
     for name in array_names():
         values = getattr(flight, name)
-        if len(values) != len(flight.time) or not np.isfinite(values).all():
+        if len(values) != len(flight.time) or not (name in optional_names() or np.isfinite(values).all()):
             raise Fault(f"flight.npz: {name} is not {len(flight.time)} finite rows")
     return len(flight.time)
 
@@ -157,10 +157,18 @@ def check_metrics(text: str, samples: int) -> None:
     except ValueError as error:
         raise Fault(f"metrics.json is no strict JSON: {error}") from error
     for name, value in _leaves("", metrics):
+        if value is None and _may_be_null(name, metrics):
+            continue
         if value is None or (isinstance(value, float) and not math.isfinite(value)):
             raise Fault(f"metrics.json: {name} is {value}")
     if metrics["samples"] != samples:
         raise Fault(f"metrics.json: {metrics['samples']} samples, flight.npz has {samples}")
+
+
+def _may_be_null(name: str, metrics: dict[str, Any]) -> bool:
+    """Whether a value is unknown where it says so: there was no fade below this threshold, or no PIQP."""
+    group, *path = name.split(".")
+    return name == "versions.piqp" or (group == "fades" and metrics["fades"][path[0]]["count"] == 0)
 
 
 def _refuse_constant(name: str) -> None:

@@ -18,7 +18,7 @@ from a2s_drake.benchmark.timing import runs_in_a_row, spread, statistics_ms, tim
 from a2s_drake.control.program import input_bounds
 from a2s_drake.control.solve import make_solver
 from a2s_drake.flight.log import array_names
-from diagrams import build_closed_loop, load_scenario
+from diagrams import load_scenario
 from scripts import benchmark
 from tests.support.tracking import ROTOR_RANGE, model_of
 
@@ -30,7 +30,7 @@ Recorded = tuple[Flight, list[TrackingProblem]]
 @pytest.fixture(scope="module")
 def recorded() -> Recorded:
     """The first 31 samples of the mission, and its problems."""
-    return record(load_scenario("paper_calibrated").with_overrides([DURATION]).validate(), build_closed_loop)
+    return record(load_scenario("paper_calibrated").with_overrides([DURATION]).validate())
 
 
 def test_recording_changes_nothing_in_the_flight(recorded: Recorded, fly) -> None:
@@ -114,7 +114,7 @@ def test_the_plain_baseline_says_when_there_is_no_solution(recorded: Recorded) -
     assert np.isnan(run.input).all()
 
 
-def test_peers_solve_recorded_problems(recorded: Recorded) -> None:
+def test_casadis_solvers_solve_recorded_problems(recorded: Recorded) -> None:
     pytest.importorskip("casadi", reason="peers need the package casadi: pip install 'a2s_drake[bench]'")
     scenario, problems = recorded[0].scenario, recorded[1][-3:]
     airframe, mpc = scenario.airframe, scenario.mpc
@@ -147,7 +147,7 @@ def test_contestants_take_turns_and_some_sit_out() -> None:
     assert (timings["a"].failures, timings["b"].failures) == (1, 1)
 
 
-def test_peers_get_an_even_share() -> None:
+def test_casadis_solvers_get_an_even_share() -> None:
     assert spread(100, 20, 99).tolist() == [0, 20, 40, 60, 80]
     assert spread(2001, 20, 20).tolist() == list(range(0, 2001, 120))
     assert runs_in_a_row(100, 3, 2).tolist() == [0, 1, 49, 50, 98, 99]
@@ -177,7 +177,7 @@ def test_peak_memory_is_in_mebibytes() -> None:
 def test_a_solver_of_the_whole_program_is_refused(scenario: Scenario) -> None:
     scenario.mpc.solver = "ipopt"
     with pytest.raises(ScenarioError, match="the benchmark times piqp, osqp"):
-        Benchmark(scenario, build_closed_loop, 0).check()
+        Benchmark(scenario, 0).check()
 
 
 def test_script_writes_the_numbers(tmp_path: Path, capsys) -> None:
@@ -234,7 +234,7 @@ def test_script_stays_short() -> None:
 def test_a_step_takes_at_most_0_42_of_plain_drakes() -> None:
     scenario = load_scenario("paper_calibrated").with_overrides(["simulation.duration=4"]).validate()
     airframe, mpc = scenario.airframe, scenario.mpc
-    _, problems = record(scenario, build_closed_loop)
+    _, problems = record(scenario)
     timings = time_interleaved(problems, {"own": Own(airframe, mpc), "plain": Plain(airframe, mpc)})
     assert np.median(timings["own"].total) <= 0.42 * np.median(timings["plain"].total)
     assert deviation_percent(timings["own"].input, exact_inputs(problems, airframe, mpc), airframe) <= 0.1
@@ -247,7 +247,7 @@ def test_a_step_takes_at_most_0_42_of_plain_drakes() -> None:
 def test_every_step_of_the_mission_is_within_a_tenth_of_a_percent_of_the_exact_solution(name: str, law: str) -> None:
     scenario = load_scenario(name).with_overrides([f"attitude_law.name={law}"]).validate()
     airframe, mpc = scenario.airframe, scenario.mpc
-    _, problems = record(scenario, build_closed_loop)
+    _, problems = record(scenario)
     exact = exact_inputs(problems, airframe, mpc)
     own = Own(airframe, mpc)
     applied = np.array([own.run(problem).input for problem in problems])

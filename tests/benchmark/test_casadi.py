@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from a2s_drake import Scenario
-from a2s_drake.benchmark.casadi import CONIC_PEERS, ConicPeer, WholePeer, require_casadi
+from a2s_drake.benchmark.casadi import CASADI_QP_SOLVERS, CasadiNlp, CasadiQp, require_casadi
 from a2s_drake.control.program import LinearizedProgram
 from a2s_drake.control.solve import PiqpQp, make_solver, solve_to_convergence
 from a2s_drake.solvers.quadratic_form import QuadraticForm
@@ -30,13 +30,13 @@ def pose(program: LinearizedProgram, scenario: Scenario, sample: int, rng: np.ra
 
 
 @pytest.mark.usefixtures("casadi")
-@pytest.mark.parametrize("name", CONIC_PEERS)
-def test_conic_peers_agree_with_piqp(name: str, tight: Scenario, rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("name", CASADI_QP_SOLVERS)
+def test_casadis_qp_solvers_agree_with_piqp(name: str, tight: Scenario, rng: np.random.Generator) -> None:
     program = LinearizedProgram(model_of(tight), tight.airframe, tight.mpc)
     pose(program, tight, 100, rng)
     form, piqp = QuadraticForm(program.prog), PiqpQp(tight.mpc)
-    dut = ConicPeer(name, form, tight.mpc.horizon)
-    for sample in SAMPLES:  # Two in turn: a peer must take over every number of the second.
+    dut = CasadiQp(name, form, tight.mpc.horizon)
+    for sample in SAMPLES:  # Two in turn: the solver must take over every number of the second.
         pose(program, tight, sample, rng)
         assert form.refresh(program.prog)
         answer = dut.solve(form)
@@ -48,8 +48,8 @@ def test_conic_peers_agree_with_piqp(name: str, tight: Scenario, rng: np.random.
 
 
 @pytest.mark.usefixtures("casadi")
-@pytest.mark.parametrize("name", CONIC_PEERS)
-def test_conic_peers_say_when_there_is_no_solution(name: str, scenario: Scenario) -> None:
+@pytest.mark.parametrize("name", CASADI_QP_SOLVERS)
+def test_casadis_qp_solvers_say_when_there_is_no_solution(name: str, scenario: Scenario) -> None:
     scenario.mpc.horizon = 5
     program = LinearizedProgram(model_of(scenario), scenario.airframe, scenario.mpc)
     x0 = np.zeros(12)
@@ -57,24 +57,24 @@ def test_conic_peers_say_when_there_is_no_solution(name: str, scenario: Scenario
     program.linearize(hover_from(scenario, x0))
     program.aim(reference_at(scenario, 0))
     form = QuadraticForm(program.prog)
-    assert not ConicPeer(name, form, scenario.mpc.horizon).solve(form).solved
+    assert not CasadiQp(name, form, scenario.mpc.horizon).solve(form).solved
 
 
 @pytest.mark.usefixtures("casadi")
 def test_hpipm_refuses_what_is_not_made_of_stages(scenario: Scenario) -> None:
     form = QuadraticForm(LinearizedProgram(model_of(scenario), scenario.airframe, scenario.mpc, soft=True).prog)
     with pytest.raises(ValueError, match="hard program"):
-        ConicPeer("hpipm", form, scenario.mpc.horizon)
+        CasadiQp("hpipm", form, scenario.mpc.horizon)
 
 
 @pytest.mark.usefixtures("casadi")
 @pytest.mark.parametrize("sample", SAMPLES)
-def test_whole_peer_agrees_with_the_converged_qp(
+def test_casadis_ipopt_agrees_with_the_converged_qp(
     sample: int, tight: Scenario, rng: np.random.Generator, capfd: pytest.CaptureFixture[str]
 ) -> None:
     x0 = rng.uniform(-0.1, 0.1, 12)
     reference, guess = reference_at(tight, sample), hover_from(tight, x0)
-    answer = WholePeer(tight.airframe, tight.mpc).solve(x0, reference, guess)
+    answer = CasadiNlp(tight.airframe, tight.mpc).solve(x0, reference, guess)
     assert capfd.readouterr() == ("", "")
     solver = make_solver(model_of(tight), tight.airframe, tight.mpc)
     expected = solve_to_convergence(solver, x0, reference, guess, change=1e-5).plan
@@ -89,4 +89,4 @@ def test_a_missing_casadi_is_named(monkeypatch: pytest.MonkeyPatch, scenario: Sc
     with pytest.raises(ModuleNotFoundError, match=r"pip install 'a2s_drake\[bench\]'"):
         require_casadi()
     with pytest.raises(ModuleNotFoundError, match="casadi"):
-        WholePeer(scenario.airframe, scenario.mpc)
+        CasadiNlp(scenario.airframe, scenario.mpc)

@@ -3,8 +3,9 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from a2s_drake import MpcController, Scenario, SolverStatus
+from a2s_drake.common.signals import Fallback
 from a2s_drake.control.horizon import Plan, Reference
-from a2s_drake.control.ladder import Decision, Fallback
+from a2s_drake.control.ladder import Decision
 from a2s_drake.vehicle.airframe import hover_input
 
 

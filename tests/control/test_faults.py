@@ -5,10 +5,11 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from a2s_drake import Flight, FlightEnded, Scenario, run_flight
+from a2s_drake.common.signals import Fallback
+from a2s_drake.common.wiring import find_block
 from a2s_drake.control.horizon import Plan, Reference
 from a2s_drake.control.ladder import Planner
 from a2s_drake.control.solve import Solution, TrackingSolver, make_solver
-from a2s_drake.flight.log import Fallback
 from a2s_drake.guidance.path import uav_position
 from diagrams import build_closed_loop, load_scenario
 from tests.support.faults import Change, faulty_loop
@@ -206,7 +207,7 @@ def test_beyond_the_plans_end_it_hovers_and_starts_afresh(scenario: Scenario) ->
 def test_a_vehicle_thrown_off_upright_rights_itself(attitude_deg: list[float], scenario: Scenario) -> None:
     # Not a wrong measurement: the vehicle is upside down, or at the singularity of its Euler angles, in mid-air.
     diagram = faulty_loop(scenario)
-    plant = diagram.GetSubsystemByName("airframe").GetSubsystemByName("plant")
+    plant = find_block(diagram, "plant")
     pose = RigidTransform(RollPitchYaw(np.deg2rad(attitude_deg)), np.zeros(3))
     plant.SetDefaultFloatingBaseBodyPose(plant.GetBodyByName("hexarotor"), pose)
     flight = run_flight(diagram, scenario)

@@ -3,8 +3,9 @@ import pytest
 from pydrake.math import RollPitchYaw
 
 from a2s_drake import Scenario
+from a2s_drake.common.signals import Fallback
 from a2s_drake.control.horizon import Plan, Reference
-from a2s_drake.control.ladder import Decision, Fallback, Planner
+from a2s_drake.control.ladder import Decision, Planner
 from a2s_drake.control.program import input_bounds, state_bounds
 from a2s_drake.control.solve import Solution
 from a2s_drake.scenario.parts import SOLVERS

@@ -5,8 +5,9 @@ import pytest
 from pydrake.math import RollPitchYaw
 
 from a2s_drake import Scenario
+from a2s_drake.common.signals import Fallback
 from a2s_drake.control.horizon import Plan, Reference
-from a2s_drake.control.ladder import Fallback, Planner
+from a2s_drake.control.ladder import Planner
 from a2s_drake.control.solve import Solution
 from a2s_drake.vehicle.airframe import hover_input
 

@@ -8,11 +8,13 @@ import pytest
 from pydrake.solvers import MathematicalProgram
 
 from a2s_drake import Flight, FlightInterrupted, Scenario, run_flight
+from a2s_drake.common.signals import Fallback
+from a2s_drake.control.controller import MpcController
 from a2s_drake.control.horizon import Plan, Reference
-from a2s_drake.control.ladder import Fallback, Planner
+from a2s_drake.control.ladder import Planner
 from a2s_drake.control.solve import Solution, TrackingSolver, make_solver
 from a2s_drake.flight.log import array_names
-from diagrams import build_closed_loop
+from diagrams import Blocks, build_closed_loop
 from tests.support.tracking import model_of
 
 AT_REST = Reference.of_pose(np.zeros((31, 3)), np.zeros((31, 3)))
@@ -103,7 +105,10 @@ def test_numbers_too_large_for_a_solver_are_told_by_the_fallback_alone(scenario:
 
 
 def flown(scenario: Scenario, solver: TrackingSolver) -> Flight:
-    return run_flight(build_closed_loop(scenario, Planner(scenario.airframe, scenario.mpc, solver)), scenario)
+    def controller(_: Scenario) -> MpcController:
+        return MpcController(scenario.airframe, scenario.mpc, Planner(scenario.airframe, scenario.mpc, solver))
+
+    return run_flight(build_closed_loop(scenario, blocks=Blocks(controller=controller)), scenario)
 
 
 def test_a_flight_is_the_same_whether_or_not_it_was_warned_of(scenario: Scenario) -> None:

@@ -18,8 +18,9 @@ from a2s_drake import (
     hover_input,
     run_flight,
 )
+from a2s_drake.common.wiring import find_block, own_blocks
 from a2s_drake.vehicle.rigid_body import RigidBodyModel
-from diagrams import BUILDERS, build_airframe_only, build_closed_loop, build_link_only, load_scenario
+from diagrams import BUILDERS, Blocks, build_airframe_only, build_closed_loop, build_link_only, load_scenario
 
 LOGGED = {
     "vehicle_state": 12,
@@ -30,6 +31,9 @@ LOGGED = {
     "snr_db": 1,
     "spectral_efficiency": 1,
     "phase_difference": 1,
+    "reflection": 2,
+    "ship_antenna_position": 3,
+    "ship_preview": 3 * 31,
 }
 
 
@@ -46,7 +50,7 @@ def test_every_drawing_builds_from_a_scenario_and_bears_its_name(name: str, scen
 
 def test_closed_loop_exports_what_a_script_logs(scenario: Scenario) -> None:
     dut = build_closed_loop(scenario)
-    mine = {"rotor_speed_squared": 6, "predicted_state": 12 * 31, "solver_status": 4}
+    mine = {"rotor_speed_squared": 6, "predicted_state": 12 * 31, "solver_status": 4, "measured_state": 12}
     assert vector_ports(dut) == LOGGED | mine
     assert dut.HasOutputPort("body_poses")
     assert dut.num_input_ports() == 0
@@ -67,9 +71,9 @@ def test_drawings_default_to_table_i() -> None:
     assert flight.channel_gain[0] == pytest.approx(2.412125015e-8, rel=1e-9)
 
 
-def test_link_only_tracks_ideally(scenario: Scenario, planned_geometry) -> None:
+def test_link_only_tracks_ideally(scenario: Scenario, reference_geometry) -> None:
     flight = run_flight(build_link_only(scenario), scenario)
-    position, ship = planned_geometry
+    position, ship = reference_geometry
     np.testing.assert_allclose(flight.position, position, atol=1e-12)
     np.testing.assert_allclose(flight.ship_position, ship, atol=1e-12)
     eta = attitude_reference(position, ship, Link(), AttitudeLaw(), scenario.mpc.attitude_limit)
@@ -94,9 +98,10 @@ class Tilted(LeafSystem):
 
 @pytest.mark.parametrize("build", [build_closed_loop, build_link_only])
 def test_a_law_of_ones_own_stands_in_for_the_scenarios(build, scenario: Scenario) -> None:
-    law = Tilted(scenario.mpc.horizon)
-    flight = run_flight(build(scenario, law=law), scenario.with_value("simulation.duration", 0.5))
-    assert law.get_name() == "attitude_reference"
+    dut = build(scenario, blocks=Blocks(law=lambda _: Tilted(scenario.mpc.horizon)))
+    flight = run_flight(dut, scenario.with_value("simulation.duration", 0.5))
+    assert isinstance(find_block(dut, "attitude_reference"), Tilted)
+    assert own_blocks(dut) == {"law": "Tilted"}
     np.testing.assert_array_equal(flight.attitude_reference, np.tile([0.0, 0.1, 0.0], (26, 1)))
     # Ideal tracking holds it at once; in closed loop the vehicle is on its way there.
     assert flight.attitude[-1, 1] == pytest.approx(0.1, abs=0.0 if build is build_link_only else 0.05)
@@ -104,17 +109,23 @@ def test_a_law_of_ones_own_stands_in_for_the_scenarios(build, scenario: Scenario
 
 def test_a_law_that_feeds_forward_must_feed_all(scenario: Scenario) -> None:
     outputs = ("attitude_reference", "attitude_preview", "velocity_preview")
+    blocks = Blocks(law=lambda _: Tilted(scenario.mpc.horizon, outputs))
     with pytest.raises(WiringError, match=r"\(Tilted\): .*no output angular_velocity_preview, which must have size 93"):
-        build_closed_loop(scenario, law=Tilted(scenario.mpc.horizon, outputs))
+        build_closed_loop(scenario, blocks=blocks)
     scenario.mpc.feedforward = False
-    assert build_closed_loop(scenario, law=Tilted(scenario.mpc.horizon, outputs)).get_name() == "closed_loop"
+    assert build_closed_loop(scenario, blocks=blocks).get_name() == "closed_loop"
 
 
 def test_the_papers_law_given_as_ones_own_changes_nothing(scenario: Scenario) -> None:
     scenario = scenario.with_value("simulation.duration", 0.3)
     mpc = scenario.mpc
-    law = AttitudeReference(scenario.link, scenario.attitude_law, mpc.attitude_limit, mpc.horizon)
-    given, own = (run_flight(build_closed_loop(scenario, law=one), scenario) for one in (None, law))
+
+    def law(_: Scenario) -> AttitudeReference:
+        return AttitudeReference(scenario.link, scenario.attitude_law, mpc.attitude_limit, mpc.horizon)
+
+    given, own = (
+        run_flight(build_closed_loop(scenario, blocks=blocks), scenario) for blocks in (None, Blocks(law=law))
+    )
     np.testing.assert_array_equal(own.rotor_speed, given.rotor_speed)
 
 
@@ -124,7 +135,7 @@ def test_the_papers_law_given_as_ones_own_changes_nothing(scenario: Scenario) ->
     [
         (
             lambda: Tilted(20),
-            r"\(Tilted\): input position_preview has size 63, must have 93; input ship_preview has size",
+            r"\(Tilted\): output attitude_preview has size 63, must have 93",
         ),
         (
             lambda: Tilted(30, ("attitude_reference", "preview")),
@@ -132,13 +143,13 @@ def test_the_papers_law_given_as_ones_own_changes_nothing(scenario: Scenario) ->
         ),
         (
             lambda: PassThrough(93),
-            r"\(PassThrough\): no input position_preview, which must have size 93; its inputs: u; ",
+            r"\(PassThrough\): no output attitude_reference, which must have size 3; its outputs: y; ",
         ),
     ],
 )
 def test_a_law_that_does_not_fit_is_refused_by_port_and_size(build, law, reason: str, scenario: Scenario) -> None:
     with pytest.raises(WiringError, match=f"^attitude_reference .*{reason}"):
-        build(scenario, law=law())
+        build(scenario, blocks=Blocks(law=lambda _: law()))
 
 
 def test_closed_loop_starts_at_rest_where_the_path_begins(scenario: Scenario) -> None:

@@ -121,4 +121,4 @@ def test_file_holds_the_metrics(tmp_path: Path) -> None:
     written = json.loads((tmp_path / "metrics.json").read_text())
     assert written == compute_metrics(made_up_flight("level"))
     assert written["law"] == "level"
-    assert set(written["versions"]) == {"a2s_drake", "drake", "python"}
+    assert set(written["versions"]) == {"a2s_drake", "drake", "numpy", "scipy", "piqp", "python", "platform"}

@@ -13,7 +13,7 @@ from a2s_drake.guidance.courses import Courses
 from a2s_drake.guidance.path import uav_path
 from a2s_drake.guidance.plan.cache import kept_plan
 from a2s_drake.guidance.plan.plan import plan_attitude
-from a2s_drake.study.ideal_tracking import ideal_study
+from a2s_drake.study.ideal_tracking import measure_ideal_tracking
 from a2s_drake.world.ship import ship_track
 from diagrams import build_link_only
 from tests.support.tracks import circle, write_track
@@ -45,7 +45,7 @@ def test_the_circle_in_a_file_is_the_circle(from_files: Scenario) -> None:
 
 def test_laws_and_ceilings_win_the_same_on_the_circle_in_a_file(from_files: Scenario) -> None:
     coarse = ["mpc.period=0.4", "mpc.horizon=2"]  # a twentieth of the samples, for the ceilings' sake
-    dut, papers = (ideal_study(scenario.with_overrides(coarse)) for scenario in (from_files, Scenario()))
+    dut, papers = (measure_ideal_tracking(scenario.with_overrides(coarse)) for scenario in (from_files, Scenario()))
     assert dut["level_throughput_bit_per_hz"] == pytest.approx(papers["level_throughput_bit_per_hz"], rel=1e-6)
     for name in ("three_axis", "pitch_only"):
         assert dut["gain_percent"][name] == pytest.approx(papers["gain_percent"][name], abs=1e-4)
@@ -67,12 +67,12 @@ def test_a_diagram_flies_the_circle_in_a_file_alike(law: str, from_files: Scenar
 def test_a_block_reads_its_file_once_when_it_is_made(tmp_path: Path, scenario: Scenario) -> None:
     file = tmp_path / "moving.csv"
     for block, field, port in (
-        (UavPath, "path_file", "position_reference"),
-        (ShipTrajectory, "ship_track_file", "ship_position"),
+        (lambda named: UavPath(named.mission, named.mpc), "path_file", "position_reference"),
+        (lambda named: ShipTrajectory(named.mission), "ship_track_file", "ship_position"),
     ):
         z = -20.0 if field == "ship_track_file" else 1.0
         write_track(file, np.array([0.0, 10.0]), np.array([[0.0, 0.0, z], [10.0, 5.0, z]]))
-        dut = block(scenario.with_value(f"mission.{field}", str(file)).mission, scenario.mpc)
+        dut = block(scenario.with_value(f"mission.{field}", str(file)))
         write_track(file, np.array([0.0, 10.0]), np.array([[7.0, 7.0, z], [7.0, 7.0, z]]))
         context = dut.CreateDefaultContext()
         context.SetTime(2.0)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from a2s_drake import Scenario, ShipTrajectory, UavPath
+from a2s_drake import Scenario, UavPath
 from a2s_drake.guidance.path import uav_acceleration, uav_position, uav_velocity
 from a2s_drake.world.ship import ship_position
 
@@ -49,19 +49,12 @@ def test_ship_sails_at_constant_speed_at_sea_level(scenario: Scenario) -> None:
     np.testing.assert_allclose(track, [[90.0, 0.0, -20.0], [92.5, 0.0, -20.0], [100.0, 0.0, -20.0]])
 
 
-@pytest.mark.parametrize(
-    ("block", "value", "preview", "position"),
-    [
-        (UavPath, "position_reference", "position_preview", uav_position),
-        (ShipTrajectory, "ship_position", "ship_preview", ship_position),
-    ],
-)
 @pytest.mark.parametrize("time", [0.0, 12.34, 39.9, 41.0])
-def test_preview_looks_ahead_and_holds_the_last_value(block, value, preview, position, time, scenario) -> None:
-    dut = block(scenario.mission, scenario.mpc)
+def test_preview_looks_ahead_and_holds_the_last_value(time: float, scenario: Scenario) -> None:
+    dut = UavPath(scenario.mission, scenario.mpc)
     context = dut.CreateDefaultContext()
     context.SetTime(time)
-    rows = dut.GetOutputPort(preview).Eval(context).reshape(31, 3)
-    np.testing.assert_array_equal(dut.GetOutputPort(value).Eval(context), rows[0])
-    expected = [position(np.array(min(time + 0.02 * i, 40.0)), scenario.mission) for i in range(31)]
+    rows = dut.GetOutputPort("position_preview").Eval(context).reshape(31, 3)
+    np.testing.assert_array_equal(dut.GetOutputPort("position_reference").Eval(context), rows[0])
+    expected = [uav_position(np.array(min(time + 0.02 * i, 40.0)), scenario.mission) for i in range(31)]
     np.testing.assert_allclose(rows, expected, atol=1e-12)

@@ -8,10 +8,10 @@ from a2s_drake.guidance.path import uav_acceleration, uav_position, uav_velocity
 from a2s_drake.guidance.plan.plan import PlannedAttitude, Progress, plan_attitude
 from a2s_drake.guidance.plan.polish import PlanProgram
 from a2s_drake.guidance.plan.search import Caution, rounded, search
-from a2s_drake.guidance.plan.segment import Stretch, Task
+from a2s_drake.guidance.plan.segment import Segment, Task
 from a2s_drake.scenario.checks import ScenarioError
 from a2s_drake.study.ceiling import best_attitude, is_hoverable, throughput_of
-from a2s_drake.study.ideal_tracking import Geometry, ideal_gain
+from a2s_drake.study.ideal_tracking import Geometry, held_gain
 from a2s_drake.vehicle.flatness import FlatMap
 from a2s_drake.vehicle.rigid_body import RigidBodyModel
 
@@ -47,7 +47,7 @@ def test_plan_lies_between_level_and_the_best_hoverable_attitude(planned: Planne
 def test_throughput_is_what_it_says(planned: PlannedAttitude) -> None:
     scenario = short()
     geometry = Geometry.of(scenario)
-    assert ideal_gain(scenario, geometry, planned.eta(geometry.time)) == pytest.approx(planned.gain_percent)
+    assert held_gain(scenario, geometry, planned.eta(geometry.time)) == pytest.approx(planned.gain_percent)
 
 
 def test_plan_is_certified(planned: PlannedAttitude) -> None:
@@ -88,7 +88,7 @@ def test_ipopt_takes_nothing_away(planned: PlannedAttitude) -> None:
 def test_ipopt_alone_finds_no_better_plan(planned: PlannedAttitude, monkeypatch: pytest.MonkeyPatch) -> None:
     # Another solver, from the search's own path: the sequential QPs have not settled for a poor local optimum.
     task = Task.of(short(QUICK))
-    whole = Stretch(task)
+    whole = Segment(task)
     start = rounded(task.grid, *search(task, Caution()))
     monkeypatch.setattr("a2s_drake.guidance.plan.polish._OPTIONS", {})
     alone = PlanProgram(task).solve(start, 100, None, lambda _: None)

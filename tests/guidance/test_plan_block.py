@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from a2s_drake import Flight, Mpc, Scenario, ScenarioError, attitude_reference, compute_metrics, run_flight
+from a2s_drake.common.wiring import find_block
 from a2s_drake.flight.feasible import check
 from a2s_drake.flight.metrics import position_error
 from a2s_drake.guidance.path import uav_position
@@ -64,7 +65,7 @@ def test_what_the_block_previews_belongs_together(time: float, spline: AttitudeS
     np.testing.assert_allclose(x[:, :3], position, atol=3e-3)
 
 
-def test_block_hangs_on_time_alone(spline: AttitudeSpline, scenario: Scenario) -> None:
+def test_block_depends_on_time_alone(spline: AttitudeSpline, scenario: Scenario) -> None:
     dut = PlannedReference(spline, scenario.airframe, scenario.mission, scenario.mpc)
     assert not dut.HasAnyDirectFeedthrough()
 
@@ -150,7 +151,7 @@ def test_a_plan_cut_short_is_flown_but_not_kept(small: Scenario, tmp_path: Path)
         ("mpc.feedforward=false", True),
     ],
 )
-def test_a_plan_goes_by_all_that_it_hangs_on(override: str, same: bool, small: Scenario) -> None:
+def test_a_plan_is_found_by_all_that_it_depends_on(override: str, same: bool, small: Scenario) -> None:
     assert (plan_file(small.with_overrides([override])) == plan_file(small)) == same
 
 
@@ -162,7 +163,7 @@ def test_plans_are_kept_in_the_users_cache(small: Scenario, monkeypatch: pytest.
 
 
 def test_ideal_tracking_of_the_plan_is_the_plan(small: Scenario) -> None:
-    flight = run_flight(build_link_only(small), small)
+    flight = run_flight(build_link_only(small, plan=kept_plan(small)), small)
     np.testing.assert_array_equal(flight.attitude, kept_plan(small).eta(flight.time))
 
 
@@ -173,7 +174,7 @@ def attitude_off(flight: Flight) -> float:
 
 def test_closed_loop_follows_the_plan_under_the_papers_weights(small: Scenario) -> None:
     assert small.mpc == Mpc()
-    flight = run_flight(build_closed_loop(small), small)
+    flight = run_flight(build_closed_loop(small, plan=kept_plan(small)), small)
     assert attitude_off(flight) < 0.15
     assert position_error(flight).max() < 1e-3
     assert flight.solver_success.all()
@@ -181,8 +182,8 @@ def test_closed_loop_follows_the_plan_under_the_papers_weights(small: Scenario) 
 
 def test_without_feedforward_rates_and_inputs_are_pulled_to_zero(small: Scenario) -> None:
     scenario = small.with_overrides(["mpc.feedforward=false"]).validate()
-    dut = build_closed_loop(scenario)
-    assert dut.GetSubsystemByName("mpc").num_input_ports() == 3
+    dut = build_closed_loop(scenario, plan=kept_plan(scenario))
+    assert find_block(dut, "mpc").num_input_ports() == 3
     flight = run_flight(dut, scenario)
     assert attitude_off(flight) > 1.0
     assert position_error(flight).max() > 0.01
@@ -190,7 +191,7 @@ def test_without_feedforward_rates_and_inputs_are_pulled_to_zero(small: Scenario
 
 def test_the_papers_law_is_not_asked_for_a_plan(scenario: Scenario) -> None:
     law = scenario.with_value("attitude_law.name", "planned").attitude_law
-    with pytest.raises(ValueError, match="a plan hangs on time"):
+    with pytest.raises(ValueError, match="a plan depends on time"):
         attitude_reference(np.zeros(3), np.array([90.0, 0.0, -20.0]), scenario.link, law, scenario.mpc.attitude_limit)
 
 

@@ -9,7 +9,7 @@ from a2s_drake.guidance.path import uav_position
 from a2s_drake.guidance.plan.certificate import certify
 from a2s_drake.guidance.plan.limits import Limits
 from a2s_drake.guidance.plan.search import AttitudeGrid, Caution, _advance, rounded, search
-from a2s_drake.guidance.plan.segment import Stretch, Task
+from a2s_drake.guidance.plan.segment import Segment, Task
 from a2s_drake.guidance.plan.spline import AttitudeSpline, SplineGrid
 from a2s_drake.link.throughput import efficiency_derivatives
 from a2s_drake.link.two_ray import antenna_position, channel_gain, path_lengths, spectral_efficiency
@@ -76,11 +76,11 @@ def test_throughput_is_that_of_the_channel(control: np.ndarray, task: Task) -> N
     mission, time = task.scenario.mission, task.scenario.samples_until(task.grid.duration)
     eta = AttitudeSpline(task.grid.duration, control).eta(time)
     expected = throughput_of(uav_position(time, mission), eta, ship_position(time, mission), Link(), 0.02)
-    assert Stretch(task).throughput(control) == pytest.approx(expected)
+    assert Segment(task).throughput(control) == pytest.approx(expected)
 
 
 def test_cost_gradient_and_limit_slopes(control: np.ndarray, task: Task, rng: np.random.Generator) -> None:
-    dut, step = Stretch(task), 1e-6
+    dut, step = Segment(task), 1e-6
     cost, gradient = dut.cost_gradient(control)
     assert cost == pytest.approx(dut.cost(control))
     slopes = dut.use_slopes(control)
@@ -92,9 +92,9 @@ def test_cost_gradient_and_limit_slopes(control: np.ndarray, task: Task, rng: np
         np.testing.assert_allclose((slopes @ shape)[..., 0], difference, atol=1e-5)
 
 
-def test_stretches_add_up_to_the_whole(control: np.ndarray, task: Task) -> None:
-    whole = Stretch(task)
-    parts = [Stretch(task, first, min(first + 7, task.grid.intervals)) for first in range(0, task.grid.intervals, 7)]
+def test_segments_add_up_to_the_whole(control: np.ndarray, task: Task) -> None:
+    whole = Segment(task)
+    parts = [Segment(task, first, min(first + 7, task.grid.intervals)) for first in range(0, task.grid.intervals, 7)]
     pieces = [control[part.first : part.last + 3] for part in parts]
     total = sum(part.cost(piece) for part, piece in zip(parts, pieces, strict=True))
     assert total == pytest.approx(whole.cost(control))
@@ -185,7 +185,7 @@ def test_certificate_catches_each_limit(task: Task, limit: str, angle: list[floa
 def test_certificate_and_planner_agree_on_what_is_used(control: np.ndarray, task: Task) -> None:
     # By finite differences and Drake's inverse dynamics on one side, by the flat map on the other.
     dut = certify(AttitudeSpline(3.0, 0.3 * control), task.scenario, 2000.0)
-    use = Stretch(task).use(0.3 * control)
+    use = Segment(task).use(0.3 * control)
     middle, half = (99.5**2 + 16.5**2) / 2.0, (99.5**2 - 16.5**2) / 2.0
     assert dut.rotor_speed_max**2 == pytest.approx(middle + half * use[:, 6:].max(), rel=5e-3)
     assert dut.angular_velocity_max == pytest.approx(0.99 * np.abs(use[:, 3:6]).max(), rel=5e-3)

@@ -67,8 +67,8 @@ def test_candidate_is_the_smallest_attitude_on_its_hyperplane(position: np.ndarr
     ("law", "gain"),
     [("nearest", 44.9), ("index_zero", 44.5), ("zero", 16.2)],
 )
-def test_ideal_tracking_of_table_i(law: str, gain: float, planned_geometry) -> None:
-    position, ship = planned_geometry
+def test_ideal_tracking_of_table_i(law: str, gain: float, reference_geometry) -> None:
+    position, ship = reference_geometry
 
     def throughput(eta: np.ndarray) -> float:
         rays = path_lengths(antenna_position(position, eta, Link()), ship, Link())
@@ -81,10 +81,10 @@ def test_ideal_tracking_of_table_i(law: str, gain: float, planned_geometry) -> N
 
 
 @pytest.mark.parametrize(("name", "share"), [("three_axis", 0.285), ("pitch_only", 0.629)])
-def test_feasible_set_of_table_i_is_often_empty(name: str, share: float, planned_geometry) -> None:
+def test_feasible_set_of_table_i_is_often_empty(name: str, share: float, reference_geometry) -> None:
     # Where `zero` and `nearest` differ, no candidate was feasible.
     zero, nearest = (
-        attitude_reference(*planned_geometry, Link(), AttitudeLaw(name=name, fallback=fallback), BOX)
+        attitude_reference(*reference_geometry, Link(), AttitudeLaw(name=name, fallback=fallback), BOX)
         for fallback in ("zero", "nearest")
     )
     assert (zero != nearest).any(axis=1).mean() == pytest.approx(share, abs=0.001)
@@ -195,16 +195,16 @@ def evaluate(dut: AttitudeReference, position: np.ndarray, ship: np.ndarray, por
     return dut.GetOutputPort(port).Eval(context)
 
 
-def test_block_on_the_planned_path_is_the_offline_reference(planned_geometry) -> None:
-    position, ship = (rows[700:731] for rows in planned_geometry)
+def test_block_on_the_reference_path_is_the_offline_reference(reference_geometry) -> None:
+    position, ship = (rows[700:731] for rows in reference_geometry)
     dut = AttitudeReference(Link(), AttitudeLaw(), BOX, 30)
     expected = attitude_reference(position, ship, Link(), AttitudeLaw(), BOX)
     np.testing.assert_array_equal(evaluate(dut, position, ship, "attitude_preview").reshape(31, 3), expected)
     np.testing.assert_array_equal(evaluate(dut, position, ship, "attitude_reference"), expected[0])
 
 
-def test_block_answers_to_either_input_alone(planned_geometry) -> None:
-    position, ship = (rows[:2] for rows in planned_geometry)
+def test_block_answers_to_either_input_alone(reference_geometry) -> None:
+    position, ship = (rows[:2] for rows in reference_geometry)
     dut = AttitudeReference(Link(), AttitudeLaw(), BOX, 1)
     context = dut.CreateDefaultContext()
     ports = [dut.GetOutputPort(name) for name in ("attitude_reference", "attitude_preview")]
@@ -224,8 +224,8 @@ GEOMETRIES += [("level", "zero", 0)] + [("three_axis", fallback, 545) for fallba
 
 
 @pytest.mark.parametrize(("name", "fallback", "row"), GEOMETRIES)
-def test_block_differentiates_by_both_inputs(name: str, fallback: str, row: int, planned_geometry) -> None:
-    point = np.concatenate([rows[row : row + 2].ravel() for rows in planned_geometry])
+def test_block_differentiates_by_both_inputs(name: str, fallback: str, row: int, reference_geometry) -> None:
+    point = np.concatenate([rows[row : row + 2].ravel() for rows in reference_geometry])
     dut = AttitudeReference(Link(), AttitudeLaw(name=name, fallback=fallback), BOX, 1)
 
     def reference(block: AttitudeReference, inputs: np.ndarray) -> np.ndarray:
@@ -243,8 +243,8 @@ def test_block_differentiates_by_both_inputs(name: str, fallback: str, row: int,
 
 
 @pytest.mark.parametrize("fallback", ["nearest", "zero", "index_zero"])
-def test_block_differentiates_without_sensitivity(fallback: str, planned_geometry) -> None:
-    position, ship = (rows[:2] for rows in planned_geometry)
+def test_block_differentiates_without_sensitivity(fallback: str, reference_geometry) -> None:
+    position, ship = (rows[:2] for rows in reference_geometry)
     dut = AttitudeReference(Link(antenna_offset=[0.0, 0.0, 0.0]), AttitudeLaw(fallback=fallback), BOX, 1).ToAutoDiffXd()
     taped = InitializeAutoDiff(np.concatenate([position.ravel(), ship.ravel()])).ravel()
     assert (ExtractValue(evaluate(dut, taped[:6], taped[6:], "attitude_preview")) == 0.0).all()

@@ -19,6 +19,7 @@ from a2s_drake.link.two_ray import (
 )
 
 UAV, SHIP = np.zeros(3), np.array([90.0, 0.0, -20.0])
+SHIP_ANTENNA = np.array([90.0, 0.0, -10.0])
 
 
 def gain_by_complex_numbers(d_los: float, d_ref: float, link: Link) -> float:
@@ -86,7 +87,7 @@ def test_block_serves_the_functions() -> None:
     dut, state = channel(eta)
     context = dut.CreateDefaultContext()
     dut.GetInputPort("vehicle_state").FixValue(context, state)
-    dut.GetInputPort("ship_position").FixValue(context, SHIP)
+    dut.GetInputPort("ship_antenna_position").FixValue(context, SHIP_ANTENNA)
     rays = path_lengths(antenna_position(UAV, eta, Link()), SHIP, Link())
     gain = gain_by_complex_numbers(*rays, Link())
     assert dut.GetOutputPort("channel_gain").Eval(context)[0] == pytest.approx(gain)
@@ -103,8 +104,8 @@ def test_block_answers_to_either_input_alone(port: str) -> None:
     context = dut.CreateDefaultContext()
     dut.GetInputPort("vehicle_state").FixValue(context, state)
     seen = []
-    for ship in (SHIP, SHIP + 0.1):
-        dut.GetInputPort("ship_position").FixValue(context, ship)
+    for antenna in (SHIP_ANTENNA, SHIP_ANTENNA + 0.1):
+        dut.GetInputPort("ship_antenna_position").FixValue(context, antenna)
         seen.append(dut.GetOutputPort(port).Eval(context)[0])
     dut.GetInputPort("vehicle_state").FixValue(context, state + 0.05)
     seen.append(dut.GetOutputPort(port).Eval(context)[0])
@@ -118,7 +119,7 @@ def test_block_differentiates(port: str) -> None:
     def evaluate(state: np.ndarray) -> float:
         context = dut.CreateDefaultContext()
         dut.GetInputPort("vehicle_state").FixValue(context, state)
-        dut.GetInputPort("ship_position").FixValue(context, SHIP)
+        dut.GetInputPort("ship_antenna_position").FixValue(context, SHIP_ANTENNA)
         return float(dut.GetOutputPort(port).Eval(context)[0])
 
     step = 1e-6
@@ -127,7 +128,7 @@ def test_block_differentiates(port: str) -> None:
     taped = dut.ToAutoDiffXd()
     context = taped.CreateDefaultContext()
     taped.GetInputPort("vehicle_state").FixValue(context, InitializeAutoDiff(state).ravel())
-    taped.GetInputPort("ship_position").FixValue(context, np.array([AutoDiffXd(x) for x in SHIP]))
+    taped.GetInputPort("ship_antenna_position").FixValue(context, np.array([AutoDiffXd(x) for x in SHIP_ANTENNA]))
     value = taped.GetOutputPort(port).Eval(context)
     np.testing.assert_allclose(ExtractGradient(value)[0], expected, rtol=1e-6, atol=1e-7 * np.abs(expected).max())
 
@@ -135,7 +136,7 @@ def test_block_differentiates(port: str) -> None:
 def test_the_sea_reflects_at_the_angle_of_incidence(scenario: Scenario, rng: np.random.Generator) -> None:
     antenna = rng.uniform([-5.0, -5.0, -5.0], [5.0, 5.0, 5.0], (50, 3))
     ship = np.array([95.0, 3.0, -20.0])
-    point = specular_point(antenna, ship, scenario.link)
+    point = specular_point(antenna, ship + np.array([0.0, 0.0, 10.0]), -20.0)
     np.testing.assert_allclose(point[:, 2], -20.0, atol=1e-12)
     down, up = point - antenna, ship + np.array([0.0, 0.0, 10.0]) - point
     into = down / np.linalg.norm(down, axis=1, keepdims=True)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from a2s_drake import Flight, Scenario, ScenarioError
 from diagrams import load_scenario
-from scripts import beyond, common, compare, robustness, simulate
+from scripts import common, compare, missions, robustness, simulate
 from tests.support.flights import made_up_flight
 
 BOMB = "a: &a [x, x]\n" + "".join(
@@ -191,7 +191,7 @@ def test_blanks_hide_no_disturbance(setting: str, refuses) -> None:
     refuses(robustness, ["--duration", "0.04", "--set", setting], "this script chooses the disturbances")
 
 
-@pytest.mark.parametrize("script", [compare, robustness, beyond])
+@pytest.mark.parametrize("script", [compare, missions, robustness])
 def test_scripts_that_choose_refuse_what_is_no_override(script, refuses) -> None:
     refuses(script, ["--set", "attitude_law.name"], "an override has the form section.field=value")
 

@@ -24,7 +24,7 @@ from a2s_drake.common.files import in_words
 from a2s_drake.common.interrupts import ENDING_SIGNALS
 from a2s_drake.views.figures import save_figure
 from diagrams import build_link_only
-from scripts import benchmark, beyond, common, compare, flying, reproduce, robustness, show_diagram, simulate
+from scripts import benchmark, common, compare, flying, missions, reproduce, robustness, show_diagram, simulate
 from scripts.examples import channel_map, fed_law, linearise_airframe, one_mpc_step, own_airframe, own_law
 from tests.guidance.test_plan_block import SMALL
 from tests.scripts.test_command_line import SHORT, reproducing
@@ -35,7 +35,7 @@ from tests.support.markdown import ROOT
 __all__ = ["reproducing"]
 
 EXAMPLES = [channel_map, fed_law, linearise_airframe, one_mpc_step, own_airframe, own_law]
-STUDIES = [simulate, compare, benchmark, beyond, robustness, reproduce, *EXAMPLES]
+STUDIES = [simulate, compare, benchmark, missions, robustness, reproduce, *EXAMPLES]
 
 WRITER = """
 import sys
@@ -199,16 +199,16 @@ def test_compare_on_a_full_disk(size: int, kept: str, tmp_path: Path, capsys) ->
 
 
 @pytest.mark.usefixtures("threads")
-@pytest.mark.parametrize(("script", "file"), [(robustness, "robustness.md"), (beyond, "beyond.md")])
+@pytest.mark.parametrize(("script", "file"), [(robustness, "robustness.md"), (missions, "missions.md")])
 @pytest.mark.parametrize("size", [2000, 30_000])
 def test_a_study_on_a_full_disk(script, file: str, size: int, tmp_path: Path, capsys, monkeypatch) -> None:
     flight = made_up_flight()
     monkeypatch.setattr(flying, "fly_quietly", lambda scenario, _: replace(flight, scenario=scenario))
     monkeypatch.setattr(flying, "_plan_each", lambda *_: None)
     monkeypatch.setattr(robustness, "robustness_table", lambda *_, **__: size * "table ")
-    monkeypatch.setattr(beyond, "beyond_report", lambda *_: size * "table ")
-    monkeypatch.setattr(beyond, "outcome", lambda *_: None)
-    asked = [*(["radius_1"] if script is beyond else []), "--jobs", "1", "--out", str(tmp_path)]
+    monkeypatch.setattr(missions, "missions_report", lambda *_: size * "table ")
+    monkeypatch.setattr(missions, "outcome", lambda *_: None)
+    asked = [*(["radius_1"] if script is missions else []), "--jobs", "1", "--out", str(tmp_path)]
     with full_disk(size):
         code, error, printed = end_of(script.main, asked, capsys)
     assert code == 1
@@ -232,10 +232,10 @@ def test_a_study_tells_of_an_early_end_on_a_full_disk(tmp_path: Path, capsys, mo
 @pytest.mark.usefixtures("reproducing")
 @pytest.mark.parametrize("size", [2000, 25_000])
 def test_reproduce_on_a_full_disk(size: int, tmp_path: Path, capsys, monkeypatch) -> None:
-    def publish(_bases: object, _flights: object, folder: Path, _unbounded: object) -> None:
+    def write_report(_bases: object, _flights: object, folder: Path, _unbounded: object) -> None:
         save_figure(Figure(figsize=(9.0, 9.0)), folder / "figures" / "outage")
 
-    monkeypatch.setattr(reproduce, "publish", publish)
+    monkeypatch.setattr(reproduce, "write_report", write_report)
     with full_disk(size):
         code, error, _ = end_of(reproduce.main, ["--quick", "--out", str(tmp_path)], capsys)
     assert code == 1

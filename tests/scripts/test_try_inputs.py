@@ -162,7 +162,7 @@ def test_one_seed_draws_the_same_cases_twice_and_another_draws_others() -> None:
     assert [case_of(label, 3) for label in chosen] != [case_of(label, 4) for label in chosen]
 
 
-def test_a_case_hangs_on_its_label_alone() -> None:
+def test_a_case_depends_on_its_label_alone() -> None:
     assert labels(3, 2) == ["s0", "b0", "s1", "b1", "s2"]
     assert labels(0, 2) == ["b0", "b1"]
 

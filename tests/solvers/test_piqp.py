@@ -76,7 +76,7 @@ def test_changes_to_a_program_reach_its_workspace() -> None:
 
 
 @pytest.mark.parametrize("preconditioned", [False, True])
-def test_an_answer_does_not_hang_on_what_was_solved_before(preconditioned: bool) -> None:
+def test_an_answer_does_not_depend_on_what_was_solved_before(preconditioned: bool) -> None:
     options = SolverOptions()
     if not preconditioned:
         options.SetOption(PiqpSolver.id(), "preconditioner_iter", 0)

@@ -3,29 +3,29 @@ import pytest
 from pydrake.math import RollPitchYaw
 
 from a2s_drake import Scenario
-from a2s_drake.study.ideal_tracking import Geometry, ideal_study, phase_errors
+from a2s_drake.study.ideal_tracking import Geometry, IdealTracking, measure_ideal_tracking, phase_errors
 from a2s_drake.study.paper.errata import errata
 
 
 @pytest.fixture(scope="module")
-def study() -> dict:
-    return ideal_study(Scenario())
+def study() -> IdealTracking:
+    return measure_ideal_tracking(Scenario())
 
 
-def test_ideal_tracking_of_table_i(study: dict) -> None:
-    assert study["level_throughput_bit_per_hz"] == pytest.approx(122.387, abs=5e-4)
-    gains = study["gain_percent"]["three_axis"]
+def test_ideal_tracking_of_table_i(study: IdealTracking) -> None:
+    assert study.level_throughput_bit_per_hz == pytest.approx(122.387, abs=5e-4)
+    gains = study.gain_percent["three_axis"]
     assert gains == pytest.approx({"nearest": 44.9, "index_zero": 44.5, "zero": 16.2}, abs=0.1)
 
 
-def test_no_law_beats_the_ceiling_and_hover_costs_something(study: dict) -> None:
-    ceiling = study["ceiling_percent"]
-    assert ceiling["box"] > ceiling["hoverable"]
-    assert all(gain < ceiling["box"] for gains in study["gain_percent"].values() for gain in gains.values())
+def test_no_law_beats_the_ceiling_and_hover_costs_something(study: IdealTracking) -> None:
+    ceiling = study.ceiling_percent
+    assert ceiling.box > ceiling.hoverable
+    assert all(gain < ceiling.box for gains in study.gain_percent.values() for gain in gains.values())
 
 
-def test_empty_sets_of_table_i(study: dict) -> None:
-    assert study["empty_share"] == pytest.approx({"three_axis": 0.285, "pitch_only": 0.629}, abs=0.001)
+def test_empty_sets_of_table_i(study: IdealTracking) -> None:
+    assert study.empty_share == pytest.approx({"three_axis": 0.285, "pitch_only": 0.629}, abs=0.001)
 
 
 def test_phase_error_shrinks_quadratically_with_the_box() -> None:
@@ -57,7 +57,7 @@ def test_candidate_box_that_is_never_empty_is_just_wide_enough(figures: list[dic
     for label, law in (("box needed for three axes", "three_axis"), ("for pitch only", "pitch_only")):
         for factor, empty in ((1.001, False), (0.999, True)):
             scenario = Scenario().with_value("attitude_law.candidate_limit_deg", factor * figures[2][label])
-            assert (ideal_study(scenario)["empty_share"][law] > 0.0) == empty
+            assert (measure_ideal_tracking(scenario).empty_share[law] > 0.0) == empty
 
 
 def law_by_hand(fallback: str) -> float:
@@ -97,5 +97,5 @@ def law_by_hand(fallback: str) -> float:
 
 
 @pytest.mark.parametrize("fallback", ["nearest", "zero", "index_zero"])
-def test_ideal_tracking_agrees_with_the_law_by_hand(fallback: str, study: dict) -> None:
-    assert study["gain_percent"]["three_axis"][fallback] == pytest.approx(law_by_hand(fallback), abs=1e-3)
+def test_ideal_tracking_agrees_with_the_law_by_hand(fallback: str, study: IdealTracking) -> None:
+    assert study.gain_percent["three_axis"][fallback] == pytest.approx(law_by_hand(fallback), abs=1e-3)

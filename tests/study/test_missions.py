@@ -6,20 +6,21 @@ import numpy as np
 import pytest
 
 from a2s_drake import Flight, Scenario, run_flight
+from a2s_drake.guidance.plan.cache import plan_for_law
 from a2s_drake.scenario.parts import Link
 from a2s_drake.study.ceiling import throughput_of
 from a2s_drake.study.missions import (
     PAPER,
     PLANNED,
     RANDOM_MISSIONS,
-    beyond_report,
-    beyond_scenarios,
     flight_name,
+    mission_scenarios,
+    missions_report,
     other_missions,
     outcome,
 )
 from diagrams import build_closed_loop, load_scenario
-from scripts import beyond, flying
+from scripts import flying, missions
 from tests.support.flights import SAMPLES, made_up_flight
 
 FLIGHTS = ("level", "nearest", "zero", "planned")
@@ -53,14 +54,14 @@ def made_up_mission(name: str, rates: dict[str, float]) -> dict[str, Flight]:
 
 
 def test_missions_are_the_same_on_every_call() -> None:
-    missions = other_missions()
-    assert missions == other_missions()
+    known = other_missions()
+    assert known == other_missions()
     assert len(at_random()) == RANDOM_MISSIONS == 20
-    assert len({mission.overrides for mission in missions.values()}) == len(missions)
+    assert len({mission.overrides for mission in known.values()}) == len(known)
 
 
 def test_every_mission_is_valid_and_flown_four_ways() -> None:
-    scenarios = beyond_scenarios(bases(), list(other_missions()))  # which validates
+    scenarios = mission_scenarios(bases(), list(other_missions()))  # which validates
     assert list(scenarios) == [flight_name(name, flight) for name in other_missions() for flight in FLIGHTS]
     assert len({scenario.to_yaml() for scenario in scenarios.values()}) == len(scenarios)
     for name in other_missions():
@@ -76,13 +77,13 @@ def test_every_mission_is_valid_and_flown_four_ways() -> None:
 
 
 def test_table_i_is_itself_but_for_the_window() -> None:
-    scenario = beyond_scenarios(bases(), ["table_1"])["table_1, nearest"]
+    scenario = mission_scenarios(bases(), ["table_1"])["table_1, nearest"]
     scenario.attitude_law.index_min, scenario.attitude_law.index_max = -50, 50
     assert scenario == load_scenario("paper")
 
 
 def test_random_missions_fill_their_ranges() -> None:
-    scenarios = beyond_scenarios(bases(), at_random())
+    scenarios = mission_scenarios(bases(), at_random())
     flown = [scenarios[flight_name(name, "planned")] for name in at_random()]
     away = [float(np.hypot(*scenario.mission.ship_start)) for scenario in flown]
     for values, low, high in (
@@ -110,7 +111,7 @@ def test_outcome_of_made_up_flights() -> None:
     assert row.hover_gain > 0.0
 
 
-def test_on_the_planned_path_attitude_alone_counts() -> None:
+def test_on_the_reference_path_attitude_alone_counts() -> None:
     flights = made_up_mission("table_1", {"level": 2.0, "nearest": 2.2, "zero": 2.1, "planned": 3.0})
     eta = np.full((SAMPLES, 3), 0.1)
     flights["table_1, planned"] = made_up_flight("planned", attitude=eta, position=np.ones((SAMPLES, 3)))
@@ -138,14 +139,14 @@ def test_report_has_a_row_for_each_and_names_the_worst() -> None:
     rates = {"level": 2.0, "nearest": 2.2, "zero": 2.4}
     planned = {"table_1": 3.0, "random_01": 2.3, "random_02": 2.6}
     outcomes = {name: outcome(made_up_mission(name, rates | {"planned": rate}), name) for name, rate in planned.items()}
-    missions, table, *summaries = beyond_report(outcomes).split("\n\n")
-    assert missions.splitlines()[2] == "| table_1 | nothing |"
+    listed, table, *summaries = missions_report(outcomes).split("\n\n")
+    assert listed.splitlines()[2] == "| table_1 | nothing |"
     assert [line.split(" | ")[0].removeprefix("| ") for line in table.splitlines()[2:]] == list(planned)
     assert len({line.count("|") for line in table.splitlines()}) == 1
     assert "planned over level: +15.00 % (random_01)" in summaries[1]
     assert "better fallback: -4.17 % (random_01)" in summaries[1]
     assert summaries[2] == "Missions drawn at random:"
-    assert beyond_report({"table_1": outcomes["table_1"]}).count("\n\n") == 3
+    assert missions_report({"table_1": outcomes["table_1"]}).count("\n\n") == 3
 
 
 def test_script_prints_the_report_and_says_where_it_is(tmp_path: Path, monkeypatch, capsys) -> None:
@@ -160,9 +161,9 @@ def test_script_prints_the_report_and_says_where_it_is(tmp_path: Path, monkeypat
     monkeypatch.setattr(flying, "fly_quietly", fly)
     monkeypatch.setattr(flying, "plan_quietly", lambda scenario, _: planned.append(scenario.mission.radius))
     monkeypatch.setattr(flying, "worker_processes", ThreadPoolExecutor)
-    assert beyond.main(["radius_1", "--jobs", "1", "--out", str(tmp_path)]) == 0
+    assert missions.main(["radius_1", "--jobs", "1", "--out", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
-    assert (tmp_path / "beyond.md").read_text() in printed + "\n"
+    assert (tmp_path / "missions.md").read_text() in printed + "\n"
     assert f"are in {tmp_path}" in printed
     assert sorted(flown) == ["level", "planned", "three_axis", "three_axis"]
     assert planned == [1.0]
@@ -178,14 +179,18 @@ def test_script_prints_the_report_and_says_where_it_is(tmp_path: Path, monkeypat
     ],
 )
 def test_script_refuses_in_one_line(arguments: list[str], reason: str, refuses) -> None:
-    refuses(beyond, arguments, reason)
+    refuses(missions, arguments, reason)
 
 
 @pytest.mark.slow
 def test_a_mission_at_random_in_closed_loop() -> None:
     name = "random_04"  # one of those with the least lead
-    scenarios = beyond_scenarios(bases(), [name])
-    row = outcome({flight: run_flight(build_closed_loop(flown), flown) for flight, flown in scenarios.items()}, name)
+    scenarios = mission_scenarios(bases(), [name])
+    flights = {
+        flight: run_flight(build_closed_loop(flown, plan=plan_for_law(flown)), flown)
+        for flight, flown in scenarios.items()
+    }
+    row = outcome(flights, name)
     assert row.flown_gain["planned"] == pytest.approx(35.29, abs=0.1)
     assert row.over_paper == pytest.approx(1.18, abs=0.1)
     assert row.plan_share > 0.999

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from a2s_drake import Flight, Scenario, ScenarioError, run_flight
+from a2s_drake.guidance.plan.cache import plan_for_law
 from a2s_drake.study.robustness import DISTURBANCES, robustness_scenarios, robustness_table
 from diagrams import build_closed_loop, load_scenario
 from tests.support.flights import SAMPLES, made_up_flight
@@ -13,10 +14,10 @@ TABLE = Path(__file__).parents[2] / "docs" / "robustness.md"
 
 
 def test_each_disturbance_is_flown_by_both_laws_and_changes_the_disturbance_alone(scenario: Scenario) -> None:
-    planned = robustness_scenarios(scenario)
-    assert len(planned) == 2 * len(DISTURBANCES)
-    assert len({flown.to_yaml() for flown in planned.values()}) == len(planned)
-    for name, flown in planned.items():
+    scenarios = robustness_scenarios(scenario)
+    assert len(scenarios) == 2 * len(DISTURBANCES)
+    assert len({flown.to_yaml() for flown in scenarios.values()}) == len(scenarios)
+    for name, flown in scenarios.items():
         assert flown.attitude_law.name == ("level" if name.endswith("level") else "three_axis")
         flown.attitude_law.name, flown.disturbance = scenario.attitude_law.name, scenario.disturbance
         assert flown == scenario
@@ -59,13 +60,13 @@ def test_documentation_has_the_whole_table(law: str) -> None:
 
 def flown(scenario: str, law: str, disturbance: str) -> tuple[dict[str, Flight], list[float]]:
     """A disturbed flight under a law and under level, and the numbers of their row."""
-    planned = robustness_scenarios(load_scenario(scenario))
+    scenarios = robustness_scenarios(load_scenario(scenario))
     pair = {
-        name: run_flight(build_closed_loop(one), one)
-        for name, one in ((name, planned[f"{disturbance}, {name}"]) for name in (law, "level"))
+        name: run_flight(build_closed_loop(one, plan=plan_for_law(one)), one)
+        for name, one in ((name, scenarios[f"{disturbance}, {name}"]) for name in (law, "level"))
     }
     # The table is drawn for this one row; the others are filled with it.
-    table = robustness_table({name: pair[name.rsplit(", ", 1)[1]] for name in planned}, law)
+    table = robustness_table({name: pair[name.rsplit(", ", 1)[1]] for name in scenarios}, law)
     return pair, [float(text) for text in re.findall(r"[-+]?\d+\.?\d*", table.splitlines()[2].split(" | ", 1)[1])]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from a2s_drake import Flight, Scenario
-from a2s_drake.study.store import FlightStore, code_digest, fly_kept
+from a2s_drake.study.store import FlightStore, code_digest, load_or_fly
 from tests.support.flights import SAMPLES, made_up_flight
 
 SCENARIO = Scenario().with_value("simulation.duration", 0.08)
@@ -34,20 +34,20 @@ class Flying:
 
 def fly_all(scenarios: dict[str, Scenario], store: FlightStore, fly: Flying) -> dict[str, Flight]:
     with ThreadPoolExecutor(2) as workers:
-        return dict(fly_kept(scenarios, fly, store, workers))
+        return dict(load_or_fly(scenarios, fly, store, workers))
 
 
 def test_a_kept_flight_is_found_as_it_was(store: FlightStore) -> None:
     assert store.find(SCENARIO) is None
-    store.keep(flight_of(SCENARIO))
+    store.save(flight_of(SCENARIO))
     found = store.find(SCENARIO)
     assert found is not None
     assert found.scenario == SCENARIO
     np.testing.assert_array_equal(found.snr_db, flight_of(SCENARIO).snr_db)
 
 
-def test_a_flight_hangs_on_scenario_and_code(store: FlightStore, tmp_path: Path) -> None:
-    store.keep(flight_of(SCENARIO))
+def test_a_flight_depends_on_scenario_and_code(store: FlightStore, tmp_path: Path) -> None:
+    store.save(flight_of(SCENARIO))
     assert store.find(SCENARIO.with_value("mission.radius", 2.6)) is None
     assert FlightStore(tmp_path / "flights", "other code").find(SCENARIO) is None
     assert FlightStore(tmp_path / "flights", "code").find(SCENARIO) is not None
@@ -74,7 +74,7 @@ def test_nothing_is_flown_twice(store: FlightStore) -> None:
     ],
 )
 def test_a_damaged_flight_is_flown_again_with_a_warning_that_names_the_file(damage, named, store: FlightStore) -> None:
-    store.keep(flight_of(SCENARIO))
+    store.save(flight_of(SCENARIO))
     place = store.place(SCENARIO)
     file = place / "flight.npz"
     if damage == "truncate":
@@ -96,7 +96,7 @@ def test_a_damaged_flight_is_flown_again_with_a_warning_that_names_the_file(dama
 
 
 def test_a_flight_interrupted_while_it_was_kept_is_flown_without_a_warning(store: FlightStore) -> None:
-    store.keep(flight_of(SCENARIO))
+    store.save(flight_of(SCENARIO))
     (store.place(SCENARIO) / "flight.npz").unlink()
     fly = Flying()
     fly_all({"a": SCENARIO}, store, fly)
@@ -112,7 +112,7 @@ def test_an_interrupt_leaves_the_flights_done_whole(store: FlightStore) -> None:
         return flight_of(scenario)
 
     with ThreadPoolExecutor(1) as workers, pytest.raises(KeyboardInterrupt):
-        dict(fly_kept(scenarios, interrupted, store, workers))
+        dict(load_or_fly(scenarios, interrupted, store, workers))
     fly = Flying()
     assert sorted(fly_all(scenarios, store, fly)) == ["2.0", "2.1", "2.2"]
     assert len(fly.flown) == 2

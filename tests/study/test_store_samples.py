@@ -9,7 +9,7 @@ import pytest
 
 from a2s_drake import Flight, Scenario
 from a2s_drake.flight.log import array_names
-from a2s_drake.study.store import FlightStore, fly_kept
+from a2s_drake.study.store import FlightStore, load_or_fly
 from tests.support.flights import SAMPLES, made_up_flight
 
 SCENARIO = Scenario().with_value("simulation.duration", 0.08)
@@ -47,13 +47,13 @@ def test_a_flight_with_a_sample_too_few_is_flown_again_and_kept(tmp_path: Path) 
         return flight_of(scenario)
 
     with ThreadPoolExecutor(1) as workers, pytest.warns(UserWarning, match="is damaged and is flown again"):
-        flights = dict(fly_kept({"a": SCENARIO}, fly, store, workers))
+        flights = dict(load_or_fly({"a": SCENARIO}, fly, store, workers))
     assert flown == [SCENARIO]
     assert len(flights["a"].time) == SAMPLES
     assert len(store.find(SCENARIO).time) == SAMPLES
 
 
-def test_a_flight_hangs_on_the_libraries_that_flew_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_flight_depends_on_the_libraries_that_flew_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def place(newer: str = "") -> Path:
         monkeypatch.setattr("a2s_drake.study.store.version", lambda name: "2" if name == newer else "1")
         return FlightStore(tmp_path, "code").place(SCENARIO)

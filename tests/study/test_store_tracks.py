@@ -9,7 +9,7 @@ import pytest
 
 from a2s_drake import Flight, Scenario, ScenarioError
 from a2s_drake.scenario.track_file import read_files
-from a2s_drake.study.store import FlightStore, fly_kept
+from a2s_drake.study.store import FlightStore, load_or_fly
 from tests.support.flights import made_up_flight
 from tests.support.tracks import write_track
 
@@ -33,7 +33,7 @@ def store(tmp_path: Path) -> FlightStore:
 
 def test_a_kept_flight_goes_by_the_content_of_its_file(store: FlightStore, tmp_path: Path) -> None:
     dut = flying(tmp_path / "path.csv")
-    store.keep(flight_of(dut))
+    store.save(flight_of(dut))
     found = store.find(dut)
     assert found is not None
     assert found.scenario == dut
@@ -47,7 +47,7 @@ def test_a_kept_flight_goes_by_the_content_of_its_file(store: FlightStore, tmp_p
 def test_a_kept_flight_outlives_its_file(store: FlightStore, tmp_path: Path) -> None:
     flight = flight_of(flying(tmp_path / "path.csv"))
     (tmp_path / "path.csv").unlink()
-    store.keep(flight)
+    store.save(flight)
     again = store.find(flying(tmp_path / "elsewhere.csv"))
     assert again is not None
     (tmp_path / "elsewhere.csv").unlink()
@@ -57,7 +57,7 @@ def test_a_kept_flight_outlives_its_file(store: FlightStore, tmp_path: Path) -> 
 
 def test_a_kept_copy_that_was_changed_is_damage(store: FlightStore, tmp_path: Path) -> None:
     dut = flying(tmp_path / "path.csv")
-    store.keep(flight_of(dut))
+    store.save(flight_of(dut))
     copy = store.place(dut) / "path.csv"
     write_track(copy, np.array([0.0, 40.0]), POINTS + 1.0)
     with pytest.warns(UserWarning, match="scenario.yaml: holds another scenario"):
@@ -74,7 +74,7 @@ def test_files_alike_are_flown_once_and_each_flight_has_its_own_scenario(store: 
 
     for _ in range(2):
         with ThreadPoolExecutor(1) as workers:
-            flights = dict(fly_kept(scenarios, fly, store, workers))
+            flights = dict(load_or_fly(scenarios, fly, store, workers))
         assert sorted(flights) == ["one", "other"]
     assert flown == [scenarios["one"].mission.path_file]
 
@@ -87,5 +87,5 @@ def test_a_file_that_changes_before_its_flight_ends_the_study(store: FlightStore
         return flight_of(scenario, place)
 
     with ThreadPoolExecutor(1) as workers, pytest.raises(ScenarioError, match="mine: its path_file or ship_track_file"):
-        dict(fly_kept({"mine": dut}, fly, store, workers))
+        dict(load_or_fly({"mine": dut}, fly, store, workers))
     assert store.find(dut) is not None  # What was flown is kept, as the flight of what is in the file now.

@@ -3,14 +3,12 @@
 from collections.abc import Callable
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
+from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort
 
 from a2s_drake import MpcController, Scenario, build_wired
-from a2s_drake.common.wiring import export_outputs
+from a2s_drake.common.wiring import NamedWiring
 from a2s_drake.control.ladder import Planner
-from a2s_drake.link.two_ray import TwoRayChannel
-from a2s_drake.vehicle.airframe import add_airframe
-from diagrams.reference import add_reference
+from diagrams import Blocks, build_closed_loop
 
 Change = Callable[[np.ndarray], np.ndarray]
 
@@ -42,25 +40,23 @@ def faulty_loop(
 ) -> Diagram:
     """The closed loop with signals tampered with: `vehicle_state` (as measured), `position_preview`,
     `attitude_preview`, `rotor_speed_squared`."""
-    builder = DiagramBuilder()
-    path, ship, law = add_reference(builder, scenario)
-    mpc = builder.AddNamedSystem("mpc", MpcController(scenario.airframe, scenario.mpc, planner))
-    airframe = add_airframe(builder, scenario.airframe, scenario.mission.start)
-    channel = builder.AddNamedSystem("channel", TwoRayChannel(scenario.link))
 
-    def through(signal: OutputPort) -> OutputPort:
-        if signal.get_name() not in changes:
-            return signal
-        name = f"tamper_{signal.get_name()}"
-        tamper = builder.AddNamedSystem(name, Tamper(signal.size(), changes[signal.get_name()], start, end))
-        builder.Connect(signal, tamper.get_input_port())
-        return tamper.get_output_port()
+    def controller(_: Scenario) -> Diagram:
+        builder = DiagramBuilder()
+        wiring = NamedWiring(builder)
+        mpc = MpcController(scenario.airframe, scenario.mpc, planner)
 
-    builder.Connect(through(path.GetOutputPort("position_preview")), mpc.GetInputPort("position_preview"))
-    builder.Connect(through(law.GetOutputPort("attitude_preview")), mpc.GetInputPort("attitude_preview"))
-    builder.Connect(through(mpc.GetOutputPort("rotor_speed_squared")), airframe.GetInputPort("rotor_speed_squared"))
-    builder.Connect(through(airframe.GetOutputPort("vehicle_state")), mpc.GetInputPort("vehicle_state"))
-    builder.Connect(airframe.GetOutputPort("vehicle_state"), channel.GetInputPort("vehicle_state"))
-    builder.Connect(ship.GetOutputPort("ship_position"), channel.GetInputPort("ship_position"))
-    export_outputs(builder, airframe, mpc, channel)
-    return build_wired(builder, "faulty_loop")
+        def tamper(port: InputPort | OutputPort) -> None:
+            name = port.get_name()
+            if name in changes:
+                block = Tamper(port.size(), changes[name], start, end)
+                wiring.add(f"tamper_{name}", block, {"genuine": name, "tampered": name})
+
+        for i in range(mpc.num_input_ports()):
+            tamper(mpc.get_input_port(i))
+        wiring.add("mpc", mpc)
+        tamper(mpc.GetOutputPort("rotor_speed_squared"))
+        wiring.export()
+        return build_wired(builder, "tampered")
+
+    return build_closed_loop(scenario, blocks=Blocks(controller=controller))

@@ -1,5 +1,7 @@
 """Made-up flights: metrics, figures and tables need the log alone, not the hours of simulation behind it."""
 
+from typing import Any
+
 import numpy as np
 
 from a2s_drake import Flight, Scenario, WallClock
@@ -7,7 +9,7 @@ from a2s_drake import Flight, Scenario, WallClock
 SAMPLES = 5
 
 
-def made_up_flight(law: str = "three_axis", **arrays: np.ndarray) -> Flight:
+def made_up_flight(law: str = "three_axis", **arrays: Any) -> Flight:
     """A flight of five samples at rest on its references, SNR 15 (so 4 bit/s/Hz), but for the arrays given."""
     scenario = Scenario().with_value("attitude_law.name", law)
     n = SAMPLES
@@ -28,6 +30,7 @@ def made_up_flight(law: str = "three_axis", **arrays: np.ndarray) -> Flight:
         "solver_success": np.ones(n),
         "solver_iterations": np.full(n, 20.0),
         "solver_fallback": np.zeros(n),
+        "position_command": np.zeros((n, 3)),
     }
     clock = WallClock(np.array([9e-3, 1e-3, 2e-3, 3e-3, 4e-3]), 0.05)
     return Flight(scenario, **(columns | arrays), wall_clock=clock)

@@ -4,8 +4,9 @@ from pydrake.math import RollPitchYaw
 from pydrake.multibody.tree import MultibodyForces
 
 from a2s_drake import Airframe, wrench_map
+from a2s_drake.common.rotations import body_rates
 from a2s_drake.vehicle.airframe import hover_input, make_plant
-from a2s_drake.vehicle.flatness import FlatMap, body_rates
+from a2s_drake.vehicle.flatness import FlatMap
 
 
 @pytest.fixture

@@ -8,22 +8,24 @@ from matplotlib.figure import Figure
 
 from a2s_drake.guidance.laws import LAW_STYLES
 from a2s_drake.scenario.parts import PAPER_LAWS
+from a2s_drake.study.paper.attribution import Step
+from a2s_drake.study.paper.results import CeilingRow, PaperGains, ReadingRow
 from a2s_drake.views import figures
 from tests.support.flights import SAMPLES, made_up_flight
 
 FLIGHTS = {law: made_up_flight(law) for law in PAPER_LAWS}
 ROWS = [
-    {"base": base, "question": "fallback", "answer": answer, "over_level": gain, "over_pitch_only": gain / 2.0}
+    ReadingRow(base, "fallback", answer, False, gain, gain / 2.0, 0.0, 0.2, 0)
     for base in ("paper", "paper_calibrated")
     for answer, gain in (("zero", 20.0), ("nearest", 30.0))
 ]
 CEILINGS = [
-    {"name": "best", "kind": "ceiling", "law": "", "gain_percent": 45.6, "share": 1.0},
-    {"name": "not shown", "kind": "other", "law": "level", "gain_percent": 1.0, "share": 0.02},
-    {"name": "flown", "kind": "flown", "law": "pitch_only", "gain_percent": 31.0, "share": 0.68},
+    CeilingRow("best", "ceiling", "", gain_percent=45.6, share=1.0),
+    CeilingRow("not shown", "other", "level", gain_percent=1.0, share=0.02),
+    CeilingRow("flown", "flown", "pitch_only", gain_percent=31.0, share=0.68),
 ]
 STEPS = [
-    {"law": law, "effect": effect, "attitude": "the best", "gain_percent": gain, "cost": cost}
+    Step(law, effect, "the best", gain_percent=gain, cost=cost, share=None)
     for law in ("three_axis", "planned")
     for effect, gain, cost in (("", 45.0, 0.0), ("rate", 41.0, 4.0), ("tracking", 41.5, -0.5), ("position", 41.5, 0.04))
 ]
@@ -39,7 +41,7 @@ ALL = {
     "velocity": lambda: figures.velocity_figure(FLIGHTS["three_axis"]),
     "angular_velocity": lambda: figures.angular_velocity_figure(FLIGHTS["three_axis"]),
     "rotor_speed": lambda: figures.rotor_speed_figure(FLIGHTS["three_axis"]),
-    "readings": lambda: figures.readings_figure(ROWS, {"over_level": 22.2, "over_pitch_only": 11.4}),
+    "readings": lambda: figures.readings_figure(ROWS, PaperGains(over_level=22.2, over_pitch_only=11.4)),
     "ceiling": lambda: figures.ceiling_figure({"paper": CEILINGS, "paper_calibrated": CEILINGS}),
     "attribution": lambda: figures.attribution_figure(STEPS),
     "affine_error": lambda: figures.affine_error_figure(np.arange(3.0), np.ones((3, 26))),

@@ -147,10 +147,11 @@ def test_text_tells_of_every_wire_and_every_port(diagram: Diagram) -> None:
 
 def test_text_row() -> None:
     lines = as_text(read_graph(build("closed_loop"), depth=1)).splitlines()
-    row = next(i for i, line in enumerate(lines) if line.startswith("mpc ")) + 4
-    assert lines[row].split() == ["out", "rotor_speed_squared", "6", "Hz^2", "->", "airframe.rotor_speed_squared"]
+    start = next(i for i, line in enumerate(lines) if line.startswith("onboard "))
+    row = next(i for i, line in enumerate(lines) if i > start and "out  rotor_speed_squared " in line)
+    assert lines[row].split() == ["out", "rotor_speed_squared", "6", "Hz^2", "->", "world.rotor_speed_squared"]
     assert lines[row + 1].split() == ["->", "closed_loop.rotor_speed_squared"]
-    assert "airframe  (Diagram, closed)" in lines
+    assert "world  (Diagram, closed)" in lines
 
 
 def test_text_of_a_closed_diagram_lists_its_own_ports() -> None:

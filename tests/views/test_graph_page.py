@@ -93,14 +93,15 @@ def test_a_sub_diagram_folds_and_unfolds(way: str, show) -> None:
     inner = tab.get_by_text("MultibodyPlant").locator("visible=true").and_(tab.locator("#picture text"))
     assert inner.count() == 1
     click = {
-        "button": lambda: tab.locator("#folds button").click(),
+        "button": lambda: tab.locator("#folds button").get_by_text("fold world/airframe").click(),
         "picture": lambda: tab.locator("#picture text").get_by_text("airframe", exact=True).click(),
     }[way]
     click()
     assert inner.count() == 0
-    folded = close(whole, frozenset([("airframe",)]))
+    folded = close(whole, frozenset([("world", "airframe")]))
     assert tab.locator("#picture .wire").count() == len(through_wires(folded))
-    assert tab.locator("#folds button").get_attribute("aria-expanded") == "false"
+    button = tab.get_by_role("button", name="fold world/airframe")
+    assert button.get_attribute("aria-expanded") == "false"
     click()
     assert inner.count() == 1
 
@@ -124,7 +125,8 @@ def test_folding_the_outer_one_hides_the_inner_ones_button(show) -> None:
 def test_a_wire_tells_name_size_and_unit_under_the_pointer(show) -> None:
     whole = read_graph(build("closed_loop"))
     chains = through_wires(whole)
-    number = next(i for i, c in enumerate(chains) if (c[0].path, c[-1].path) == (("mpc",), ("airframe", "propeller")))
+    ends = ("onboard", "mpc"), ("world", "airframe", "propeller")
+    number = next(i for i, c in enumerate(chains) if (c[0].path, c[-1].path) == ends)
     tab = show(whole)
     card = tab.locator("#card")
     assert not card.is_visible()
@@ -134,8 +136,9 @@ def test_a_wire_tells_name_size_and_unit_under_the_pointer(show) -> None:
     assert card.is_visible()
     assert card.inner_text().split("\n") == [
         *("wire", "rotor_speed_squared", "size", "6", "unit", "Hz^2"),
-        *("from", "mpc.rotor_speed_squared", "to", "airframe/propeller.command"),
-        *("through", "airframe.rotor_speed_squared"),
+        *("from", "onboard/mpc.rotor_speed_squared", "to", "world/airframe/propeller.command"),
+        *("through", "onboard.rotor_speed_squared"),
+        *("through", "world.rotor_speed_squared", "through", "world/airframe.rotor_speed_squared"),
     ]
     assert tab.locator("#picture .hit").evaluate_all("all => all.map(g => g.id)") == [f"wire-{number}"]
     tab.mouse.move(2, 2)
@@ -145,17 +148,17 @@ def test_a_wire_tells_name_size_and_unit_under_the_pointer(show) -> None:
 
 def test_the_keyboard_reaches_wires_and_folds(show) -> None:
     tab = show(read_graph(build("closed_loop")))
-    tab.locator("#picture .diagram").focus()
+    tab.locator("#picture .diagram").last.focus()
     tab.keyboard.press("Enter")
     assert tab.locator("#picture .closed").count() == 1
     tab.locator("#picture .wire").first.focus()
     assert tab.locator("#card").is_visible()
     assert tab.locator("#picture .hit").count() == 1
-    tab.locator("#folds button").focus()
+    tab.locator("#folds button").last.focus()
     assert not tab.locator("#card").is_visible()
     tab.keyboard.press("Enter")
     assert tab.locator("#picture .closed").count() == 0
-    assert tab.evaluate("document.activeElement.textContent") == "fold airframe"
+    assert tab.evaluate("document.activeElement.textContent") == "fold onboard"
 
 
 def test_many_sub_diagrams_fold_one_at_a_time(show) -> None:
@@ -173,7 +176,7 @@ def test_a_block_lights_its_wires_under_the_pointer(show) -> None:
     tab.locator("#picture text").get_by_text("TwoRayChannel").hover()
     assert "a2s_drake" in tab.locator("#card").inner_text()
     wires = [chain for chain in through_wires(whole) if ("channel",) in (chain[0].path, chain[-1].path)]
-    assert tab.locator("#picture .hit").count() == len(wires) == 6
+    assert tab.locator("#picture .hit").count() == len(wires) == 7
 
 
 def test_page_fits_a_narrow_window(tmp_path: Path, open_page) -> None:

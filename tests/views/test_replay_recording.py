@@ -160,7 +160,7 @@ def test_the_live_view_stays_until_its_watcher_leaves(answer: object, monkeypatc
 
     monkeypatch.setattr("builtins.input", press)
     monkeypatch.setattr(sys.stdin, "isatty", lambda: True, raising=False)
-    common.keep_serving()
+    common.serve_until_enter()
     assert asked == [True]
     assert "until you press Enter" in capsys.readouterr().out
 

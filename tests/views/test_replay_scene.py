@@ -35,8 +35,8 @@ SEA_LEVEL, OFFSET, MAST = -12.0, np.array([0.39, 0.2, 0.3]), np.array([0.0, 0.0,
 def flight() -> Flight:
     """A whole mission held exactly, with rotors that turn at a made-up speed."""
     scenario = load_scenario("paper").with_overrides(ASKEW).validate()
-    ideal = run_flight(build_link_only(scenario), scenario)
-    return dataclasses.replace(ideal, rotor_speed=np.full((len(ideal.time), 6), 60.0))
+    held = run_flight(build_link_only(scenario), scenario)
+    return dataclasses.replace(held, rotor_speed=np.full((len(held.time), 6), 60.0))
 
 
 @pytest.fixture(scope="module")
@@ -182,7 +182,7 @@ def test_the_sea_is_at_its_level(paused: Page) -> None:
 
 
 def test_the_rays_join_the_antennas_by_the_law_of_reflection(flight: Flight, paused: Page, row: int) -> None:
-    # The ends of each ray's drawing, which is one long before it is stretched.
+    # The ends of each ray's drawing, which is one long before it is scaled.
     ends = np.array([[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 1.0]]).T
     rays = ("direct", "down_to_sea", "up_from_sea")
     direct, down, up = ((pose(paused, f"{RAYS}/{name}/length") @ ends)[:3].T for name in rays)
@@ -235,8 +235,8 @@ def test_the_path_so_far_is_the_path_flown(flight: Flight, paused: Page) -> None
     np.testing.assert_allclose(np.linalg.norm(rings - ends[:, :, np.newaxis], axis=-1), 0.01, atol=1e-5)
 
 
-def test_the_planned_path_is_the_circle_of_the_mission(paused: Page) -> None:
-    line = vertices(paused, f"{WORLD}/planned_path")
+def test_the_reference_path_is_the_circle_of_the_mission(paused: Page) -> None:
+    line = vertices(paused, f"{WORLD}/reference_path")
     from_centre = line - np.array([3.0 - 2.65, -2.0, 5.0])
     np.testing.assert_allclose(np.linalg.norm(from_centre[:, :2], axis=1), 2.65, atol=1e-5)
     np.testing.assert_allclose(from_centre[:, 2], 0.0, atol=1e-5)
@@ -280,8 +280,8 @@ def test_the_gauges_heading_stands_clear_of_its_topmost_label(paused: Page) -> N
 
 
 def test_one_sample_without_rotors_makes_a_still_picture(tmp_path: Path, open_page) -> None:
-    scenario = load_scenario("paper").with_value("simulation.duration", 1e-4)
-    one = run_flight(build_link_only(scenario), scenario)
+    scenario = load_scenario("paper")
+    one = run_flight(build_link_only(scenario), scenario.with_value("simulation.duration", 1e-4))
     assert len(one.time) == 1
     write_replay(one, tmp_path / "one.html")
     page = open_page(tmp_path / "one.html", 400, 300)

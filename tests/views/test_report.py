@@ -3,9 +3,9 @@ from pathlib import Path
 
 import pytest
 
-from a2s_drake.study.paper.reproduction import HEADLINE, PRINTED, planned_flights
+from a2s_drake.study.paper.reproduction import HEADLINE, PRINTED, report_scenarios
 from a2s_drake.views.figures import geometry_figure, save_figure
-from a2s_drake.views.report.publish import publish
+from a2s_drake.views.report.write import write_report
 from diagrams import load_scenario
 from tests.study.test_reproduction import UNBOUNDED, made_up
 
@@ -15,7 +15,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A whole report of made-up flights."""
     folder = tmp_path_factory.mktemp("report")
     bases = {name: load_scenario(name) for name in (HEADLINE, PRINTED)}
-    publish(bases, made_up(planned_flights(bases)), folder, UNBOUNDED)
+    write_report(bases, made_up(report_scenarios(bases)), folder, UNBOUNDED)
     return folder / "report.html"
 
 

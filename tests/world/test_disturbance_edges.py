@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from a2s_drake import Airframe, Disturbance
-from a2s_drake.navigation.sensors import MeasurementNoise
+from a2s_drake.navigation.sensors import NavigationSensor
 from a2s_drake.vehicle.actuators import InputDelay
 from a2s_drake.vehicle.airframe import make_plant
 from a2s_drake.world.wind import WindGust, gust_force
@@ -33,7 +33,7 @@ def test_wind_changes_while_a_context_is_kept() -> None:
 
 def test_noise_of_one_seed_is_not_that_of_another_a_period_later() -> None:
     def noise(seed: int, sample: int) -> np.ndarray:
-        dut = MeasurementNoise(Disturbance(position_noise=1.0, noise_seed=seed), PERIOD)
+        dut = NavigationSensor(PERIOD, Disturbance(position_noise=1.0, noise_seed=seed))
         context = dut.CreateDefaultContext()
         context.SetTime(sample * PERIOD)
         dut.GetInputPort("vehicle_state").FixValue(context, np.zeros(12))

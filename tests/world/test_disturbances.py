@@ -3,7 +3,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from a2s_drake import Disturbance, Scenario, run_flight
-from a2s_drake.navigation.sensors import MeasurementNoise
+from a2s_drake.navigation.sensors import NavigationSensor
 from a2s_drake.scenario.parts import GRAVITY
 from a2s_drake.vehicle.actuators import InputDelay
 from a2s_drake.vehicle.airframe import hover_input, wrench_map
@@ -56,7 +56,7 @@ def test_a_weak_rotor_gives_its_share(scenario: Scenario) -> None:
     np.testing.assert_allclose(acceleration(scenario, u), expected, atol=1e-9)
 
 
-def measured(dut: MeasurementNoise, times: np.ndarray) -> np.ndarray:
+def measured(dut: NavigationSensor, times: np.ndarray) -> np.ndarray:
     context = dut.CreateDefaultContext()
     dut.GetInputPort("vehicle_state").FixValue(context, np.arange(12.0))
     rows = []
@@ -68,7 +68,7 @@ def measured(dut: MeasurementNoise, times: np.ndarray) -> np.ndarray:
 
 def test_noise_has_the_deviations_asked_for() -> None:
     noise = Disturbance(position_noise=0.01, attitude_noise_deg=0.5, velocity_noise=0.05, angular_velocity_noise=0.2)
-    drawn = measured(MeasurementNoise(noise, PERIOD), PERIOD * np.arange(4000))
+    drawn = measured(NavigationSensor(PERIOD, noise), PERIOD * np.arange(4000))
     expected = np.repeat([0.01, np.deg2rad(0.5), 0.05, 0.2], 3)
     np.testing.assert_allclose(drawn.std(axis=0), expected, rtol=0.05)
     np.testing.assert_allclose(drawn.mean(axis=0) / expected, 0.0, atol=0.06)
@@ -79,7 +79,7 @@ def test_noise_has_the_deviations_asked_for() -> None:
 def test_noise_is_held_for_a_period_and_goes_by_its_seed() -> None:
     times = np.array([0.02, 0.0399, 0.04, 0.06])
     first, again, other = (
-        measured(MeasurementNoise(Disturbance(position_noise=1.0, noise_seed=seed), PERIOD), times)
+        measured(NavigationSensor(PERIOD, Disturbance(position_noise=1.0, noise_seed=seed)), times)
         for seed in (1, 1, 2)
     )
     np.testing.assert_array_equal(first, again)
@@ -118,17 +118,16 @@ def test_a_late_command_is_the_one_of_the_period_before(scenario: Scenario) -> N
 
 def test_without_disturbances_no_block_stands_in_the_loop(scenario: Scenario) -> None:
     def names(s: Scenario) -> set[str]:
-        loop = build_closed_loop(s)
-        return {
-            system.get_name() for part in (loop, loop.GetSubsystemByName("airframe")) for system in part.GetSystems()
-        }
+        world = build_closed_loop(s).GetSubsystemByName("world")
+        parts = (world, world.GetSubsystemByName("airframe"))
+        return {system.get_name() for part in parts for system in part.GetSystems()}
 
-    added = {"wind", "spatial_forces", "rotor_efficiency", "measurement", "input_delay"}
+    added = {"wind", "spatial_forces", "rotor_efficiency", "input_delay"}
     assert not added & names(scenario)
     everything = scenario.with_overrides(
         [
             *("disturbance.gust_force=[0,1,0]", "disturbance.rotor_efficiency=[1,1,1,1,1,0.9]"),
-            *("disturbance.velocity_noise=0.1", "disturbance.input_delay_periods=2"),
+            "disturbance.input_delay_periods=2",
         ]
     )
     assert added <= names(everything)

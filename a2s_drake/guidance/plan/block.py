@@ -23,7 +23,7 @@ class PlannedReference(LeafSystem):
     ```
 
     - `position_preview` (3(N+1)), `ship_preview` (3(N+1)): as of `AttitudeReference`, in whose place it stands. A plan
-      hangs on time alone: they are not read, and may stay unconnected.
+      depends on time alone: they are not read, and may stay unconnected.
     - `attitude_reference` (3): roll, pitch, yaw now, rad.
     - `attitude_preview` (3(N+1)): the same at N+1 instants, T_s apart, the first one now, row by row, rad.
     - `velocity_preview` (3(N+1)): of the centre of mass along the planned path at the same instants, m/s, W.

@@ -1,4 +1,4 @@
-"""Plans kept on disk, so that each is computed once: by all that it hangs on, scenario and code."""
+"""Plans on disk, so that each is computed once: by all that it depends on, scenario and code."""
 
 import hashlib
 import os
@@ -13,12 +13,13 @@ from pydrake.common.yaml import yaml_dump
 
 from a2s_drake.common.arrays import Array
 from a2s_drake.common.files import DamagedFileError, read_arrays, write_arrays, written_whole
+from a2s_drake.guidance.laws import find_law
 from a2s_drake.guidance.plan.certificate import Certificate, certify
 from a2s_drake.guidance.plan.plan import Progress, plan_attitude
 from a2s_drake.guidance.plan.spline import SUPPORT, AttitudeSpline
 from a2s_drake.scenario.scenario import Scenario
 
-# The rooms that the planner imports, itself or through others, and the libraries that its numbers hang on.
+# The rooms that the planner imports, itself or through others, and the libraries that its numbers depend on.
 _PACKAGE = Path(__file__).parents[2]
 _ROOMS = ("common", "scenario", "solvers", "world", "vehicle", "link", "guidance")
 SOURCES = [source for room in _ROOMS for source in sorted((_PACKAGE / room).rglob("*.py"))]
@@ -40,7 +41,7 @@ def plan_folder() -> Path:
 
 
 def plan_key(scenario: Scenario) -> str:
-    """What a plan hangs on in a scenario, as a digest."""
+    """What a plan depends on in a scenario, as a digest."""
     mpc = {name: getattr(scenario.mpc, name) for name in ("period", "attitude_limit_deg", "angular_velocity_limit")}
     parts = {name: asdict(getattr(scenario, name)) for name in ("airframe", "link", "mission", "planning")}
     return hashlib.sha256(yaml_dump(parts | {"mpc": mpc}).encode()).hexdigest()
@@ -72,6 +73,11 @@ def kept_plan(
     """
     kept = find_plan(scenario, folder)
     return make_plan(scenario, progress, folder, time_limit) if kept is None else kept
+
+
+def plan_for_law(scenario: Scenario) -> AttitudeSpline | None:
+    """The plan that a scenario's law flies, as `kept_plan` gives it; None for a law that needs no plan."""
+    return kept_plan(scenario) if find_law(scenario.attitude_law.name).needs_plan else None
 
 
 def find_plan(scenario: Scenario, folder: Path | None = None) -> AttitudeSpline | None:

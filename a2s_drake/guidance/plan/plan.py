@@ -11,9 +11,10 @@ from a2s_drake.common.arrays import FloatArray
 from a2s_drake.guidance.plan.certificate import Certificate, certify
 from a2s_drake.guidance.plan.polish import PlanProgram
 from a2s_drake.guidance.plan.search import Caution, rounded, search
-from a2s_drake.guidance.plan.segment import Stretch, Task
+from a2s_drake.guidance.plan.segment import Segment, Task
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.guidance.plan.sqp import EXCESS_TOLERANCE, improve
+from a2s_drake.link.throughput import gain_percent
 from a2s_drake.scenario.checks import ScenarioError
 from a2s_drake.scenario.scenario import Scenario
 
@@ -63,8 +64,8 @@ class PlannedAttitude:
 
     @property
     def gain_percent(self) -> float:
-        """Gain in throughput over level attitude, tracking ideal, %."""
-        return 100.0 * (self.throughput / self.level_throughput - 1.0)
+        """Gain in throughput over level attitude, both held exactly, %."""
+        return gain_percent(self.throughput, self.level_throughput)
 
     def eta(self, time: FloatArray) -> FloatArray:
         """Roll, pitch, yaw, rad; shape (...) to (..., 3)."""
@@ -91,7 +92,7 @@ class _Record:
 
     def impose(self, task: Task) -> None:
         """Starts again from level under the limits of a task."""
-        self.task, self.whole = task, Stretch(task)
+        self.task, self.whole = task, Segment(task)
         self.best = np.zeros((task.grid.controls, 3))
         self._cost = self.whole.cost(self.best)
         self.throughput = -self._cost

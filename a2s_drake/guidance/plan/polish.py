@@ -11,7 +11,7 @@ from pydrake.solvers import IpoptSolver, MathematicalProgram, SolverOptions
 
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.guidance.plan.limits import NUM_USES
-from a2s_drake.guidance.plan.segment import SHAPE, Stretch, Task
+from a2s_drake.guidance.plan.segment import SHAPE, Segment, Task
 from a2s_drake.guidance.plan.spline import SUPPORT
 
 # Intervals that share a cost and a constraint. Fewer mean more calls from IPOPT into Python, more mean larger arrays of
@@ -47,28 +47,28 @@ class PlanProgram:
                 variables = self._control[points, axis]
                 self.prog.AddLinearEqualityConstraint(weights[np.newaxis], np.zeros(1), variables)
         for first in range(0, task.grid.intervals, _INTERVALS):
-            self._add_stretch(Stretch(task, first, min(first + _INTERVALS, task.grid.intervals)))
+            self._add_segment(Segment(task, first, min(first + _INTERVALS, task.grid.intervals)))
 
-    def _add_stretch(self, stretch: Stretch) -> None:
-        variables = self._control[stretch.first : stretch.last + SUPPORT - 1].ravel()
-        columns = 3 * stretch.shape_of_limit[:, :, np.newaxis] + np.arange(3)
+    def _add_segment(self, segment: Segment) -> None:
+        variables = self._control[segment.first : segment.last + SUPPORT - 1].ravel()
+        columns = 3 * segment.shape_of_limit[:, :, np.newaxis] + np.arange(3)
         columns = np.repeat(columns.reshape(-1, SHAPE), NUM_USES, axis=0)
         rows = np.arange(len(columns))[:, np.newaxis]
 
         def cost(taped: Any) -> Any:
             if taped.dtype != object:
-                return stretch.cost(taped.reshape(-1, 3))
-            value, gradient = stretch.cost_gradient(ExtractValue(taped).reshape(-1, 3))
+                return segment.cost(taped.reshape(-1, 3))
+            value, gradient = segment.cost_gradient(ExtractValue(taped).reshape(-1, 3))
             chained = gradient.reshape(1, -1) @ ExtractGradient(taped)
             return InitializeAutoDiff(np.array([[value]]), chained)[0, 0]
 
         def use(taped: Any) -> Any:
             if taped.dtype != object:
-                return stretch.use(taped.reshape(-1, 3)).ravel()
+                return segment.use(taped.reshape(-1, 3)).ravel()
             control = ExtractValue(taped).reshape(-1, 3)
             gradient = np.zeros((len(columns), control.size))
-            gradient[rows, columns] = stretch.use_slopes(control).reshape(-1, SHAPE)
-            return InitializeAutoDiff(stretch.use(control).ravel(), gradient @ ExtractGradient(taped))
+            gradient[rows, columns] = segment.use_slopes(control).reshape(-1, SHAPE)
+            return InitializeAutoDiff(segment.use(control).ravel(), gradient @ ExtractGradient(taped))
 
         self.prog.AddCost(cost, variables)
         limit = np.ones(len(columns))

@@ -1,6 +1,6 @@
-"""A stretch of the mission as a function of the control points that shape it: throughput, limits, derivatives.
+"""A segment of the mission as a function of the control points that shape it: throughput, limits, derivatives.
 
-The whole mission is one stretch; IPOPT is given several short ones, so that each of its functions knows few variables.
+The whole mission is one segment; IPOPT is given several short ones, so that each of its functions knows few variables.
 """
 
 from dataclasses import dataclass
@@ -63,7 +63,7 @@ class Task:
         return np.linspace(0.0, self.grid.duration, self.grid.intervals * between + 1)
 
 
-class Stretch:
+class Segment:
     """Intervals `first`..`last`-1 of a task, shaped by control points first..last+2, passed as (last-first+3, 3)."""
 
     def __init__(self, task: Task, first: int = 0, last: int | None = None) -> None:

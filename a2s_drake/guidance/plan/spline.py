@@ -8,7 +8,7 @@ from scipy.interpolate import BSpline
 from scipy.sparse import csr_matrix
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.vehicle.flatness import body_rates
+from a2s_drake.common.rotations import body_rates
 
 # A cubic spline is shaped, on each interval between two knots, by this many control points.
 SUPPORT = 4

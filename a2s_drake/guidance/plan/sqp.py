@@ -13,7 +13,7 @@ from scipy.sparse import csc_matrix
 
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.guidance.plan.limits import NUM_USES
-from a2s_drake.guidance.plan.segment import SHAPE, Stretch
+from a2s_drake.guidance.plan.segment import SHAPE, Segment
 from a2s_drake.guidance.plan.spline import SUPPORT, SplineGrid
 from a2s_drake.solvers.piqp import PiqpSolver
 
@@ -33,8 +33,8 @@ class StepProgram:
     an interval's shape stands that interval's slack.
     """
 
-    def __init__(self, grid: SplineGrid, stretch: Stretch) -> None:
-        self._stretch, self._solver = stretch, PiqpSolver()
+    def __init__(self, grid: SplineGrid, segment: Segment) -> None:
+        self._segment, self._solver = segment, PiqpSolver()
         self.prog = MathematicalProgram()
         steps, slacks = [], []
         for point in range(grid.controls):
@@ -45,7 +45,7 @@ class StepProgram:
         self._step_indices = np.reshape(self.prog.FindDecisionVariableIndices(step.ravel()), step.shape)
         self._slack_indices = np.asarray(self.prog.FindDecisionVariableIndices(slack))
         self._models = [QuadraticCost(np.eye(SHAPE), np.zeros(SHAPE), 0.0, is_convex=True) for _ in slack]
-        for model, shape in zip(self._models, step[stretch.shape_of_interval], strict=True):
+        for model, shape in zip(self._models, step[segment.shape_of_interval], strict=True):
             self.prog.AddCost(model, shape.ravel())
         self._price = self.prog.AddLinearCost(np.zeros(slack.size), 0.0, slack).evaluator()
         self.prog.AddBoundingBoxConstraint(0.0, np.inf, slack)
@@ -60,10 +60,10 @@ class StepProgram:
 
     def _add_limits(self) -> Any:
         """Every limit twice: from above less the slack of its interval, from below plus the slack."""
-        stretch = self._stretch
-        count = len(stretch.interval_of_limit)
-        shapes = self._step_indices[stretch.shape_of_limit].reshape(count, SHAPE)
-        columns = np.hstack([shapes, self._slack_indices[stretch.interval_of_limit, np.newaxis]])
+        segment = self._segment
+        count = len(segment.interval_of_limit)
+        shapes = self._step_indices[segment.shape_of_limit].reshape(count, SHAPE)
+        columns = np.hstack([shapes, self._slack_indices[segment.interval_of_limit, np.newaxis]])
         columns = np.broadcast_to(columns[:, np.newaxis], (count, NUM_USES, SHAPE + 1)).ravel()
         rows = np.repeat(np.arange(count * NUM_USES), SHAPE + 1)
         self._height = 2 * count * NUM_USES
@@ -79,17 +79,17 @@ class StepProgram:
 
     def expand(self, control: FloatArray) -> None:
         """Takes over the models of cost and limits about these control points."""
-        _, self._gradient, self._hessian = self._stretch.cost_model(control)
+        _, self._gradient, self._hessian = self._segment.cost_model(control)
         for model, gradient, hessian in zip(self._models, self._gradient, self._hessian, strict=True):
             model.UpdateCoefficients(hessian, gradient, 0.0, True)
-        self._slopes = self._stretch.use_slopes(control)
+        self._slopes = self._segment.use_slopes(control)
         self._matrix = self._limit_matrix(self._slopes)
-        self._set_limits(self._stretch.use(control))
+        self._set_limits(self._segment.use(control))
 
     def correct(self, control: FloatArray, step: FloatArray) -> None:
         """Makes the model of the limits exact at the end of a step, where their curvature had spoilt it."""
-        shape = step[self._stretch.shape_of_limit].reshape(-1, SHAPE, 1)
-        self._set_limits(self._stretch.use(control + step) - (self._slopes @ shape)[..., 0])
+        shape = step[self._segment.shape_of_limit].reshape(-1, SHAPE, 1)
+        self._set_limits(self._segment.use(control + step) - (self._slopes @ shape)[..., 0])
 
     def _set_limits(self, use: FloatArray) -> None:
         use, free = use.ravel(), np.full(self._height // 2, np.inf)
@@ -111,13 +111,13 @@ class StepProgram:
             return None
         values = result.get_x_val()
         step = values[self._step_indices]
-        shape = step[self._stretch.shape_of_interval].reshape(-1, SHAPE)
+        shape = step[self._segment.shape_of_interval].reshape(-1, SHAPE)
         added = (self._gradient * shape).sum() + 0.5 * np.einsum("ki,kij,kj->", shape, self._hessian, shape)
         return step, float(added), float(values[self._slack_indices].sum())
 
 
 def improve(
-    grid: SplineGrid, stretch: Stretch, control: FloatArray, iterations: int, visit: Callable[[FloatArray, int], None]
+    grid: SplineGrid, segment: Segment, control: FloatArray, iterations: int, visit: Callable[[FloatArray, int], None]
 ) -> FloatArray:
     """Control points of a local optimum near the given ones.
 
@@ -129,12 +129,12 @@ def improve(
       visit: is shown the control points after every accepted step, and told how many QPs have been solved; may raise
         to end the search.
     """
-    program = StepProgram(grid, stretch)
+    program = StepProgram(grid, segment)
     price, radius, solved = _FIRST_PRICE, _FIRST_RADIUS, 0
-    cost, excess = stretch.cost(control), stretch.excess(control).sum()
+    cost, excess = segment.cost(control), segment.excess(control).sum()
 
     def won(step: FloatArray) -> float:
-        left = cost - stretch.cost(control + step) + price * (excess - stretch.excess(control + step).sum())
+        left = cost - segment.cost(control + step) + price * (excess - segment.excess(control + step).sum())
         return float(left)
 
     stale = True
@@ -167,6 +167,6 @@ def improve(
             radius = min(max(radius, 2.0 * size), _LARGEST_RADIUS)
         if gained > 0.0:
             control, stale = control + step, True
-            cost, excess = stretch.cost(control), stretch.excess(control).sum()
+            cost, excess = segment.cost(control), segment.excess(control).sum()
             visit(control, solved)
     return control

@@ -1,6 +1,6 @@
 """Attribution: from the best attitude there is down to what is flown, one effect at a time, and what each costs.
 
-An effect's cost hangs on what has taken effect before it; the order here is the one in which a law is made and flown.
+An effect's cost depends on which effects come before it. The order here is that in which a law is made and flown.
 """
 
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.parts import Airframe
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.study.ceiling import best_attitude, best_hoverable_attitude, is_hoverable
-from a2s_drake.study.ideal_tracking import Geometry, ideal_gain, law_attitude, without_candidate
+from a2s_drake.study.ideal_tracking import Geometry, held_gain, law_attitude, without_candidate
 
 # An attitude that the vehicle cannot rest at is turned back towards level in steps of this share.
 _SHARES = np.linspace(1.0, 0.0, 201)
@@ -119,7 +119,7 @@ def _steps(
     attitudes: list[tuple[str, str, FloatArray]],
     flown: float,
 ) -> list[Step]:
-    rows = [(effect, words, ideal_gain(scenario, geometry, eta)) for effect, words, eta in attitudes]
+    rows = [(effect, words, held_gain(scenario, geometry, eta)) for effect, words, eta in attitudes]
     rows.append(("position", "as flown, on the flown path, over level as flown", flown))
     above = [rows[0][2], *(gain for _, _, gain in rows[:-1])]
     return [

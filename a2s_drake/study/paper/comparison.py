@@ -29,6 +29,7 @@ def comparison_table(flights: Mapping[str, Flight]) -> str:
     rows = [list(line) for line in _HEADER]
     for law, flight in flights.items():
         metrics = compute_metrics(flight)
+        step = metrics["solver"]["step_ms"]
         rows.append(
             [
                 law,
@@ -36,8 +37,8 @@ def comparison_table(flights: Mapping[str, Flight]) -> str:
                 *_gains(flights, law, "level"),
                 *_gains(flights, law, "pitch_only"),
                 f"{100 * metrics['position_error_max_m']:.2f} cm",
-                str(metrics["solver"]["failures"]),
-                f"{metrics['solver']['step_ms']['median']:.1f} ms",
+                str(metrics["solver"]["failures"]) if metrics["solver"]["present"] else "-",
+                f"{step['median']:.1f} ms" if step else "-",
                 f"{metrics['wall_s']:.1f} s",
                 f"{metrics['real_time_factor']:.1f}",
             ]

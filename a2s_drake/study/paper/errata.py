@@ -8,7 +8,7 @@ from a2s_drake.common.arrays import FloatArray
 from a2s_drake.guidance.soft_min import affine_phase, fringe_offsets, nearest_fringe
 from a2s_drake.scenario.parts import GRAVITY
 from a2s_drake.scenario.scenario import Scenario
-from a2s_drake.study.ideal_tracking import Geometry, ideal_gain, law_attitude
+from a2s_drake.study.ideal_tracking import Geometry, held_gain, law_attitude
 from a2s_drake.vehicle.airframe import hover_input
 
 
@@ -29,7 +29,7 @@ class Erratum:
 def errata(scenario: Scenario) -> list[Erratum]:
     """The slips of the paper, measured on a scenario by ideal tracking; gains are over level attitude."""
     geometry = Geometry.of(scenario)
-    mended = ideal_gain(scenario, geometry, law_attitude(scenario, geometry, "three_axis", "nearest"))
+    mended = held_gain(scenario, geometry, law_attitude(scenario, geometry, "three_axis", "nearest"))
     return [
         _sign(scenario, geometry, mended),
         _heights(scenario, geometry, mended),
@@ -43,7 +43,7 @@ def errata(scenario: Scenario) -> list[Erratum]:
 
 def _sign(scenario: Scenario, geometry: Geometry, mended: float) -> Erratum:
     # The law is odd in k, so the printed columns, which turn J_a and with it k around, turn its attitude around.
-    followed = ideal_gain(scenario, geometry, -law_attitude(scenario, geometry, "three_axis", "nearest"))
+    followed = held_gain(scenario, geometry, -law_attitude(scenario, geometry, "three_axis", "nearest"))
     return Erratum(
         "section III-A",
         "J_a has columns -e_i x r_a",
@@ -60,8 +60,8 @@ def _heights(scenario: Scenario, geometry: Geometry, mended: float) -> Erratum:
         "ship antenna at (x, y, h), image at (x, y, -h), while z = 0 is the flight altitude",
         "both are measured from the sea, at z = -20 m",
         (
-            ("gain if the law follows it", ideal_gain(scenario, geometry, attitude), "%"),
-            ("if law and channel do", ideal_gain(scenario, afloat, attitude), "%"),
+            ("gain if the law follows it", held_gain(scenario, geometry, attitude), "%"),
+            ("if law and channel do", held_gain(scenario, afloat, attitude), "%"),
             ("gain mended", mended, "%"),
         ),
     )
@@ -92,7 +92,7 @@ def _projection(scenario: Scenario, geometry: Geometry) -> Erratum:
     phase, k = affine_phase(geometry.position, geometry.ship, scenario.link)
     farthest = float((np.abs(fringe_offsets(phase, np.array([0]))[:, 0]) / np.linalg.norm(k, axis=1)).max())
     gains = [
-        (f"{label}, {words}", ideal_gain(scenario, geometry, law_attitude(scenario, geometry, law, fallback)), "%")
+        (f"{label}, {words}", held_gain(scenario, geometry, law_attitude(scenario, geometry, law, fallback)), "%")
         for law, label in (("three_axis", "three axes"), ("pitch_only", "pitch only"))
         for fallback, words in (("index_zero", "gain if followed"), ("nearest", "with the nearest"))
     ]

@@ -1,8 +1,7 @@
-"""The reproduction: which flights answer the paper, and what they say, as one dictionary of numbers."""
+"""The reproduction: which flights answer the paper, and the numbers that they give."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any
 
 import numpy as np
 
@@ -12,11 +11,23 @@ from a2s_drake.flight.metrics import compute_metrics, fades, gain_percent, outag
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.parts import LAW_NAMES, PAPER_LAWS
 from a2s_drake.scenario.scenario import Scenario
-from a2s_drake.study.ideal_tracking import Geometry, ideal_gain, ideal_study
+from a2s_drake.study.ideal_tracking import Geometry, IdealTracking, held_gain, measure_ideal_tracking
 from a2s_drake.study.paper.attribution import attribution
 from a2s_drake.study.paper.comparison import PAPER_GAINS
 from a2s_drake.study.paper.errata import errata
 from a2s_drake.study.paper.readings import all_readings, under_law
+from a2s_drake.study.paper.results import (
+    CeilingRow,
+    Claims,
+    Gains,
+    Headline,
+    Metrics,
+    PaperGains,
+    PlannedGains,
+    PlannedLaw,
+    ReadingRow,
+    Results,
+)
 
 # The scenario of the headline, and the one with Table I as printed; readings are varied from both.
 HEADLINE, PRINTED = "paper_calibrated", "paper"
@@ -27,7 +38,7 @@ def flight_name(base: str, law: str, question: str = "", answer: str = "") -> st
     return " / ".join(filter(None, (base, question, answer, law)))
 
 
-def planned_flights(bases: Mapping[str, Scenario], *, quick: bool = False) -> dict[str, Scenario]:
+def report_scenarios(bases: Mapping[str, Scenario], *, quick: bool = False) -> dict[str, Scenario]:
     """Every flight of the report by name, validated; with `quick` those alone that the headline of the paper needs.
 
     Args:
@@ -55,16 +66,16 @@ def printed_flights(flights: Mapping[str, Flight]) -> dict[str, Flight]:
     return {law: flights[flight_name(PRINTED, law)] for law in LAW_NAMES}
 
 
-def _gains(by_law: Mapping[str, Flight]) -> dict[str, float]:
+def _gains(by_law: Mapping[str, Flight]) -> Gains:
     mine = by_law["three_axis"]
-    return {
-        "over_level": gain_percent(mine, by_law["level"]),
-        "over_pitch_only": gain_percent(mine, by_law["pitch_only"]),
-        "pitch_only_over_level": gain_percent(by_law["pitch_only"], by_law["level"]),
-    }
+    return Gains(
+        over_level=gain_percent(mine, by_law["level"]),
+        over_pitch_only=gain_percent(mine, by_law["pitch_only"]),
+        pitch_only_over_level=gain_percent(by_law["pitch_only"], by_law["level"]),
+    )
 
 
-def reading_rows(bases: Mapping[str, Scenario], flights: Mapping[str, Flight]) -> list[dict[str, Any]]:
+def reading_rows(bases: Mapping[str, Scenario], flights: Mapping[str, Flight]) -> list[ReadingRow]:
     """What each reading makes of the headline, from both bases."""
     rows = []
     for base, scenario in bases.items():
@@ -72,77 +83,69 @@ def reading_rows(bases: Mapping[str, Scenario], flights: Mapping[str, Flight]) -
             by_law = {law: flights[flight_name(base, law, reading.question, reading.answer)] for law in PAPER_LAWS}
             metrics = {law: compute_metrics(flight) for law, flight in by_law.items()}
             rows.append(
-                {
-                    "base": base,
-                    "question": reading.question,
-                    "answer": reading.answer,
-                    "is_base": reading.is_base(scenario),
-                    **_gains(by_law),
-                    "position_error_max_m": metrics["three_axis"]["position_error_max_m"],
-                    "solver_failures": sum(entry["solver"]["failures"] for entry in metrics.values()),
-                }
+                ReadingRow(
+                    base=base,
+                    question=reading.question,
+                    answer=reading.answer,
+                    is_base=reading.is_base(scenario),
+                    **asdict(_gains(by_law)),
+                    position_error_max_m=metrics["three_axis"]["position_error_max_m"],
+                    solver_failures=sum(entry["solver"]["failures"] for entry in metrics.values()),
+                )
             )
     return rows
 
 
-def ceiling_rows(
-    scenario: Scenario, ideal: Mapping[str, Any], by_law: Mapping[str, Flight] | None
-) -> list[dict[str, Any]]:
+def ceiling_rows(scenario: Scenario, held: IdealTracking, by_law: Mapping[str, Flight] | None) -> list[CeilingRow]:
     """Each way to choose the attitude in one scenario, from the ceiling down, with its share of the ceiling.
 
     Args:
-      ideal: the scenario's `ideal_study`.
+      held: the scenario's ideal tracking.
       by_law: its flights; without them the rows of closed loops are absent.
     """
     fallback = scenario.attitude_law.fallback
-    rows = [("best in the attitude box", "ceiling", "", ideal["ceiling_percent"]["box"])]
-    rows.append(("best statically hoverable", "ceiling", "", ideal["ceiling_percent"]["hoverable"]))
-    for law, gains in ideal["gain_percent"].items():
+    rows = [("best in the attitude box", "ceiling", "", held.ceiling_percent.box)]
+    rows.append(("best statically hoverable", "ceiling", "", held.ceiling_percent.hoverable))
+    for law, gains in held.gain_percent.items():
         rows.append((f"ideally tracked, {fallback}", "ideal", law, gains[fallback]))
         rows += [(f"ideally tracked, {name}", "other", law, gain) for name, gain in gains.items() if name != fallback]
     if by_law is not None and "planned" in by_law:
         plan = by_law["planned"]
-        held = ideal_gain(scenario, Geometry.of_flight(plan), plan.attitude_reference)
-        rows.append(("ideally tracked", "ideal", "planned", held))
+        exactly = held_gain(scenario, Geometry.of_flight(plan), plan.attitude_reference)
+        rows.append(("ideally tracked", "ideal", "planned", exactly))
         rows.append(("flown", "flown", "planned", gain_percent(plan, by_law["level"])))
     if by_law is not None:
-        gains = _gains(by_law)
-        rows.append(("flown", "flown", "three_axis", gains["over_level"]))
-        rows.append(("flown", "flown", "pitch_only", gains["pitch_only_over_level"]))
-    best = ideal["ceiling_percent"]["box"]
-    return [
-        {"name": name, "kind": kind, "law": law, "gain_percent": gain, "share": gain / best}
-        for name, kind, law, gain in rows
-    ]
+        flown = _gains(by_law)
+        rows.append(("flown", "flown", "three_axis", flown.over_level))
+        rows.append(("flown", "flown", "pitch_only", flown.pitch_only_over_level))
+    best = held.ceiling_percent.box
+    return [CeilingRow(name, kind, law, gain, share=gain / best) for name, kind, law, gain in rows]
 
 
-def _claims(by_law: Mapping[str, Flight]) -> dict[str, Any]:
+def _claims(by_law: Mapping[str, Flight]) -> Claims:
     """What the paper says in words of its curves, in figures."""
     thresholds = np.linspace(-10.0, 20.0, 601)
     curves = {law: outage_curve(flight, thresholds) for law, flight in by_law.items()}
     excess = curves["three_axis"] - np.minimum(curves["pitch_only"], curves["level"])
-    return {
-        "fades_below_0_db": {law: fades(flight) for law, flight in by_law.items()},
-        "outage_worst_excess": float(excess.max()),
-        "outage_worst_excess_at_db": float(thresholds[excess.argmax()]),
-    }
+    return Claims(
+        fades_below_0_db={law: fades(flight) for law, flight in by_law.items()},
+        outage_worst_excess=float(excess.max()),
+        outage_worst_excess_at_db=float(thresholds[excess.argmax()]),
+    )
 
 
-def _beyond(by_law: Mapping[str, Flight], unbounded: AttitudeSpline) -> dict[str, Any]:
+def _planned_law(by_law: Mapping[str, Flight], unbounded: AttitudeSpline) -> PlannedLaw:
     """The law `planned` beside the paper's on Table I as printed, and what each effect costs either."""
-    return {
-        "scenario": PRINTED,
-        "gain_percent": {
-            "planned_over_level": gain_percent(by_law["planned"], by_law["level"]),
-            "planned_over_three_axis": gain_percent(by_law["planned"], by_law["three_axis"]),
-            "three_axis_over_level": gain_percent(by_law["three_axis"], by_law["level"]),
-        },
-        "laws": {law: _reproducible(compute_metrics(flight)) for law, flight in by_law.items()},
-        "attribution": [asdict(step) for step in attribution(by_law, unbounded)],
-    }
+    gains = PlannedGains(
+        planned_over_level=gain_percent(by_law["planned"], by_law["level"]),
+        planned_over_three_axis=gain_percent(by_law["planned"], by_law["three_axis"]),
+        three_axis_over_level=gain_percent(by_law["three_axis"], by_law["level"]),
+    )
+    laws = {law: _reproducible(compute_metrics(flight)) for law, flight in by_law.items()}
+    return PlannedLaw(PRINTED, gains, laws, attribution(by_law, unbounded))
 
 
-def _reproducible(metrics: dict[str, Any]) -> dict[str, Any]:
+def _reproducible(metrics: Metrics) -> Metrics:
     """Metrics short of what the machine's clock put in."""
     kept = {name: value for name, value in metrics.items() if name not in ("wall_s", "real_time_factor", "versions")}
     return kept | {"solver": {name: value for name, value in kept["solver"].items() if name != "step_ms"}}
@@ -150,33 +153,32 @@ def _reproducible(metrics: dict[str, Any]) -> dict[str, Any]:
 
 def collect_results(
     bases: Mapping[str, Scenario], flights: Mapping[str, Flight], unbounded: AttitudeSpline | None = None
-) -> dict[str, Any]:
-    """All numbers of the report, the same on every run: headline, readings, ceilings, errata, beyond.
+) -> Results:
+    """All numbers of the report, the same on every run.
 
     Args:
       unbounded: the plan of `without_rate_bound(bases[PRINTED])`. Without it this is a quick report on the headline's
-        flights alone, which lacks `readings`, `beyond` and the closed loops of Table I as printed.
+        flights alone, which lacks `readings`, `planned` and the closed loops of Table I as printed.
     """
     by_law = headline_flights(flights)
     metrics = {law: compute_metrics(flight) for law, flight in by_law.items()}
-    ideal = {base: ideal_study(scenario) for base, scenario in bases.items()}
+    held = {base: measure_ideal_tracking(scenario) for base, scenario in bases.items()}
     flown = {HEADLINE: by_law}
     if unbounded is not None:
         flown[PRINTED] = printed_flights(flights)
-    results: dict[str, Any] = {
-        "paper_gain_percent": {f"over_{baseline}": gain for (_, baseline), gain in PAPER_GAINS.items()},
-        "headline": {
-            "scenario": HEADLINE,
-            "gain_percent": _gains(by_law),
-            "laws": {law: _reproducible(entry) for law, entry in metrics.items()},
-            "claims": _claims(by_law),
-        },
-        "ideal": ideal,
-        "ceilings": {base: ceiling_rows(bases[base], ideal[base], flown.get(base)) for base in bases},
-        "errata": [asdict(erratum) for erratum in errata(bases[PRINTED])],
-        "versions": metrics["level"]["versions"],
-    }
-    if unbounded is not None:
-        results["readings"] = reading_rows(bases, flights)
-        results["beyond"] = _beyond(flown[PRINTED], unbounded)
-    return results
+    headline = Headline(
+        scenario=HEADLINE,
+        gain_percent=_gains(by_law),
+        laws={law: _reproducible(entry) for law, entry in metrics.items()},
+        claims=_claims(by_law),
+    )
+    return Results(
+        paper_gain_percent=PaperGains(**{f"over_{baseline}": gain for (_, baseline), gain in PAPER_GAINS.items()}),
+        headline=headline,
+        ideal=held,
+        ceilings={base: ceiling_rows(bases[base], held[base], flown.get(base)) for base in bases},
+        errata=errata(bases[PRINTED]),
+        versions=metrics["level"]["versions"],
+        readings=None if unbounded is None else reading_rows(bases, flights),
+        planned=None if unbounded is None else _planned_law(flown[PRINTED], unbounded),
+    )

@@ -3,7 +3,7 @@
 from a2s_drake.scenario.scenario import Scenario
 
 
-def table_one(scenario: Scenario) -> list[list[str]]:
+def table_1_rows(scenario: Scenario) -> list[list[str]]:
     """Rows of quantity, the paper's value and the scenario's."""
     airframe, link, mission, mpc, law = (
         scenario.airframe,

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from a2s_drake.flight.log import Flight
 from a2s_drake.flight.metrics import attitude_error
-from a2s_drake.guidance.laws import LAW_STYLES
+from a2s_drake.guidance.laws import style_of
 from a2s_drake.views.figures.style import AXIS_STYLES, BOUND_STYLE, column_figure, draw_bounds, legend_above, styled
 
 ANGLES = ("roll", "pitch", "yaw")
@@ -16,11 +16,11 @@ def attitude_figure(flight: Flight) -> Figure:
     """Roll, pitch and yaw of a flight against their references, deg, with the controller's attitude box."""
     figure = column_figure(3.6)
     rows = figure.subplots(3, 1, sharex=True)
-    law, limit = flight.scenario.attitude_law.name, flight.scenario.mpc.attitude_limit_deg
+    colour, limit = style_of(flight.law)["color"], flight.scenario.mpc.attitude_limit_deg
     reference, flown = np.rad2deg(flight.attitude_reference), np.rad2deg(flight.attitude)
     for axis, axes in enumerate(rows):
         axes.plot(flight.time, reference[:, axis], color="black", linewidth=0.7, label="reference")
-        axes.plot(flight.time, flown[:, axis], color=LAW_STYLES[law]["color"], linewidth=1.4, label="flown")
+        axes.plot(flight.time, flown[:, axis], color=colour, linewidth=1.4, label="flown")
         draw_bounds(axes, -limit, limit)
         axes.set_ylabel(f"{ANGLES[axis]} (deg)")
     rows[-1].set_xlabel("time (s)")

@@ -4,7 +4,7 @@ from matplotlib.figure import Figure
 
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.flight.log import Flight
-from a2s_drake.guidance.laws import LAW_STYLES
+from a2s_drake.guidance.laws import style_of
 from a2s_drake.views.figures.style import AXIS_STYLES, column_figure, draw_bounds, legend_above, styled
 
 
@@ -40,9 +40,9 @@ def rotor_speed_figure(flight: Flight) -> Figure:
     """The six rotor speeds with their bounds, Hz."""
     figure = column_figure(3.4)
     grid = figure.subplots(3, 2, sharex=True, sharey=True)
-    airframe, law = flight.scenario.airframe, flight.scenario.attitude_law.name
+    airframe, colour = flight.scenario.airframe, style_of(flight.law)["color"]
     for rotor, axes in enumerate(grid.ravel()):
-        axes.plot(flight.time, flight.rotor_speed[:, rotor], color=LAW_STYLES[law]["color"], label="rotor speed")
+        axes.plot(flight.time, flight.rotor_speed[:, rotor], color=colour, label="rotor speed")
         draw_bounds(axes, airframe.rotor_speed_min, airframe.rotor_speed_max)
         axes.set_title(f"rotor {rotor + 1}, at {60 * rotor} deg", pad=3)
     for axes in grid[-1]:

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from a2s_drake.flight.log import Flight
 from a2s_drake.flight.metrics import OUTAGE_THRESHOLDS_DB, outage, outage_curve
-from a2s_drake.guidance.laws import LAW_LABELS, LAW_STYLES
+from a2s_drake.guidance.laws import label_of, style_of
 from a2s_drake.views.figures.style import column_figure, legend_above, styled
 
 
@@ -17,7 +17,7 @@ def channel_gain_figure(flights: Mapping[str, Flight]) -> Figure:
     figure = column_figure(2.1)
     axes = figure.add_subplot()
     for law, flight in flights.items():
-        axes.plot(flight.time, 10.0 * np.log10(flight.channel_gain), label=LAW_LABELS[law], **LAW_STYLES[law])
+        axes.plot(flight.time, 10.0 * np.log10(flight.channel_gain), label=label_of(law), **style_of(law))
     axes.set_xlabel("time (s)")
     axes.set_ylabel("channel gain $|g|^2$ (dB)")
     legend_above(figure, axes, len(flights))
@@ -31,9 +31,9 @@ def outage_figure(flights: Mapping[str, Flight]) -> Figure:
     axes = figure.add_subplot()
     thresholds = np.linspace(-8.0, 16.0, 481)
     for law, flight in flights.items():
-        axes.plot(thresholds, outage_curve(flight, thresholds), label=LAW_LABELS[law], **LAW_STYLES[law])
+        axes.plot(thresholds, outage_curve(flight, thresholds), label=label_of(law), **style_of(law))
         marked = outage(flight)
-        axes.plot(OUTAGE_THRESHOLDS_DB, list(marked.values()), "o", color=LAW_STYLES[law]["color"], markersize=3)
+        axes.plot(OUTAGE_THRESHOLDS_DB, list(marked.values()), "o", color=style_of(law)["color"], markersize=3)
     axes.set_xlabel("SNR threshold (dB)")
     axes.set_ylabel("share of time below")
     axes.set_ylim(0.0, 1.0)

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from a2s_drake.flight.log import Flight
 from a2s_drake.flight.metrics import position_error
-from a2s_drake.guidance.laws import LAW_LABELS, LAW_STYLES
+from a2s_drake.guidance.laws import label_of, style_of
 from a2s_drake.views.figures.style import SHIP_COLOUR, column_figure, legend_above, styled
 
 
@@ -18,7 +18,7 @@ def trajectory_figure(flight: Flight) -> Figure:
     grid = figure.add_gridspec(2, 1, height_ratios=[2.2, 1.4])
     axes = figure.add_subplot(grid[0], projection="3d")
     uav, ship = flight.position, flight.ship_position
-    colour = LAW_STYLES[flight.scenario.attitude_law.name]["color"]
+    colour = style_of(flight.law)["color"]
     axes.plot(*uav.T, color=colour, label="UAV")
     axes.plot(*ship.T, color=SHIP_COLOUR, label="ship")
     for track, track_colour in ((uav, colour), (ship, SHIP_COLOUR)):
@@ -49,17 +49,17 @@ def trajectory_figure(flight: Flight) -> Figure:
 
 @styled
 def position_figure(flights: Mapping[str, Flight]) -> Figure:
-    """Position of the three-axis flight against its plan, and the distance from the plan under each law."""
+    """Position of the three-axis flight against its reference, and the distance from it under each law."""
     figure = column_figure(3.7)
     rows = figure.subplots(4, 1, sharex=True)
     flight = flights["three_axis"]
     for axis, axes in enumerate(rows[:3]):
         axes.plot(flight.time, flight.position_reference[:, axis], color="black", linewidth=0.7, label="planned")
-        axes.plot(flight.time, flight.position[:, axis], **LAW_STYLES["three_axis"])
+        axes.plot(flight.time, flight.position[:, axis], **style_of("three_axis"))
         axes.set_ylabel(f"{'xyz'[axis]} (m)")
     rows[2].set_ylim(min(-0.1, 1.2 * np.abs(flight.position[:, 2]).max() * -1), 0.1)
     for law, other in flights.items():
-        rows[3].plot(other.time, 100.0 * position_error(other), label=LAW_LABELS[law], **LAW_STYLES[law])
+        rows[3].plot(other.time, 100.0 * position_error(other), label=label_of(law), **style_of(law))
     rows[3].set_ylabel("error (cm)")
     rows[3].set_ylim(bottom=0.0)
     rows[3].set_xlabel("time (s)")

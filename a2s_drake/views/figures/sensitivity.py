@@ -1,10 +1,11 @@
-"""What the headline hangs on: how far each reading of the paper moves it."""
+"""Sensitivity: how far each reading of the paper moves the headline."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from matplotlib.figure import Figure
 
+from a2s_drake.study.paper.results import PaperGains, ReadingRow
 from a2s_drake.views.figures.style import column_figure, legend_above, styled
 
 _BASES: dict[str, dict[str, Any]] = {
@@ -14,18 +15,17 @@ _BASES: dict[str, dict[str, Any]] = {
 
 
 @styled
-def readings_figure(rows: Sequence[Mapping[str, Any]], paper: Mapping[str, float]) -> Figure:
+def readings_figure(rows: Sequence[ReadingRow], paper: PaperGains) -> Figure:
     """Gain of three axes over both baselines under each reading.
 
     Args:
-      rows: one a reading and base, with `base`, `question`, `answer`, and the gains `over_level` and `over_pitch_only`,
-        %.
-      paper: what the paper prints for the same two keys, %.
+      rows: one a reading and base.
+      paper: what the paper prints.
     """
     labels: list[tuple[str, str]] = []
     for row in rows:
-        if (row["question"], row["answer"]) not in labels:
-            labels.append((row["question"], row["answer"]))
+        if (row.question, row.answer) not in labels:
+            labels.append((row.question, row.answer))
     heights, y, last = {}, 0.0, labels[0][0]
     for label in labels:
         y -= 1.0 if label[0] == last else 1.6
@@ -34,11 +34,11 @@ def readings_figure(rows: Sequence[Mapping[str, Any]], paper: Mapping[str, float
     figure = column_figure(3.9)
     panels = figure.subplots(1, 2, sharey=True)
     for axes, key in zip(panels, ("over_level", "over_pitch_only"), strict=True):
-        axes.axvline(paper[key], color="black", linewidth=0.9, linestyle="--", label="printed in the paper")
+        axes.axvline(getattr(paper, key), color="black", linewidth=0.9, linestyle="--", label="printed in the paper")
         for base, style in _BASES.items():
-            mine = [row for row in rows if row["base"] == base]
-            values = [row[key] for row in mine]
-            places = [heights[row["question"], row["answer"]] for row in mine]
+            mine = [row for row in rows if row.base == base]
+            values = [getattr(row, key) for row in mine]
+            places = [heights[row.question, row.answer] for row in mine]
             axes.plot(values, places, linestyle="none", label=f"from {base}", **style)
         axes.set_title(key.replace("_", " "), pad=3)
         axes.margins(x=0.08)

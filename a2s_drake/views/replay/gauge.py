@@ -7,7 +7,7 @@ from pydrake.math import RigidTransform
 
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.guidance.courses import Courses
-from a2s_drake.link.two_ray import path_lengths
+from a2s_drake.link.two_ray import path_lengths, unit_gain
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.views.replay.shapes import Mesh, prism, strokes, text
 from a2s_drake.views.replay.stage import Color, Stage, translation
@@ -47,13 +47,13 @@ class GaugeScale:
 
 
 def gauge_scale(scenario: Scenario, courses: Courses | None = None) -> GaugeScale:
-    """The scale that holds every SNR on the planned paths, whatever the attitude and the phase between the rays.
+    """The scale that holds every SNR on the reference paths, whatever the attitude and the phase between the rays.
 
     The antenna is somewhere within |r_a| of the centre of mass, so its distance from the ship's antenna and its height
     over the sea are the centre's to within |r_a|; the scale holds them all, from both rays in antiphase to both in
     phase. It ends where the two-ray formula does, with the antennas one wavelength apart, and 40 dB below its top.
     """
-    link = scenario.link
+    link = scenario.true_link()
     courses = courses or Courses.of(scenario)
     position, ship = courses.positions(np.linspace(0.0, courses.end, 1000))
     # Between two of these instants nothing gets farther off than one step.
@@ -65,7 +65,7 @@ def gauge_scale(scenario: Scenario, courses: Courses | None = None) -> GaugeScal
     # falls and the difference grows: both are at their extremes where the antenna is lowest.
     lowest_height = np.maximum(position[:, 2] - ship[:, 2] - reach, 0.0)
     gamma, lift = link.reflection_magnitude, 4.0 * link.ship_antenna_height * lowest_height
-    unit = link.transmit_to_noise * (link.wavelength / (4.0 * np.pi)) ** 2
+    unit = link.transmit_to_noise * unit_gain(link)
     highest = 10.0 * np.log10(unit * np.max(1.0 / near + gamma / np.sqrt(near**2 + lift)) ** 2)
     lowest = 10.0 * np.log10(max(unit * np.min(1.0 / far - gamma / np.sqrt(far**2 + lift)) ** 2, 1e-300))
     low = TICK_DB * np.floor(max(lowest, highest - DEEPEST_FADE_DB) / TICK_DB)
@@ -138,7 +138,7 @@ class Gauge:
             stage.put(f"{path}/{name}", strokes(segments, STROKE if color is INK else STROKE / 2.0), color, glow=0.8)
             stage.place(f"{path}/{name}", translation([0.0, 0.0, 0.001 * number]))
         stage.place(f"{path}/curve", translation([0.0, 0.0, 0.004]))
-        # The bar: one high, then stretched to what it reads.
+        # The bar: one high, then scaled to what it reads.
         stage.put(f"{path}/bar/height", _rectangle(*BAR, 0.0, 1.0, 0.001), FILL, glow=0.8)
         stage.place(f"{path}/bar", translation([0.0, BOTTOM, 0.0018]))
         needle = np.array([[BAR[1], 0.0], [CHART[0] - 0.015, -0.025], [CHART[0] - 0.015, 0.025]])
@@ -154,7 +154,7 @@ class Gauge:
         """Sets bar and needle to an SNR, dB."""
         y = self._height(snr_db)
         # A bar of no height at all has no normals to be lit by.
-        self._stage.stretch(f"{self._path}/bar/height", [1.0, max(y - BOTTOM, 1e-4), 1.0])
+        self._stage.scale(f"{self._path}/bar/height", [1.0, max(y - BOTTOM, 1e-4), 1.0])
         self._stage.move(f"{self._path}/needle", translation([0.0, y, 0.003]))
 
     def trace(self, time: float, snr_db: float) -> None:

@@ -49,8 +49,7 @@ def replay_html(flight: Flight) -> str:
         scene.show(flight.sample(frame), frame)
     meshcat.SetAnimation(animation)
     page = meshcat.StaticHtml()
-    law = flight.scenario.attitude_law.name
-    title = f"a2s_drake: {law}, {flight.time[-1]:g} s"
+    title = f"a2s_drake: {flight.law}, {flight.time[-1]:g} s"
     return page.replace(TITLE, f"<title>{escape(title)}</title>", 1)
 
 

@@ -24,7 +24,7 @@ GAUGE = "gauge"
 
 DIRECT: Color = (1.0, 0.85, 0.10)
 REFLECTED: Color = (1.0, 0.45, 0.75)
-PLANNED: Color = (0.80, 0.88, 0.92)
+REFERENCE_PATH: Color = (0.80, 0.88, 0.92)
 FLOWN: Color = (0.45, 0.95, 0.35)
 
 SLOWDOWN = 100.0  # of the blades: at their true 60 Hz nobody would see them turn
@@ -106,7 +106,7 @@ class Scene:
 
     def _put_up(self) -> None:
         stage, scenario = self._stage, self._scenario
-        mission, link, airframe = scenario.mission, scenario.link, scenario.airframe
+        mission, link, airframe = scenario.mission, scenario.true_link(), scenario.airframe
         R_WD = view_frame(scenario, self._courses)
         reach = max((1.0 + ROTOR_RADIUS) * airframe.arm_length, float(np.linalg.norm(link.antenna_offset)))
         size = reach / REACH
@@ -116,8 +116,8 @@ class Scene:
         put_sea(stage, f"{WORLD}/sea", np.array([*(0.5 * (path[0] + ship[-1]))[:2], mission.sea_level]), 2.0 * span)
         put_vehicle(stage, VEHICLE, airframe, link)
         put_ship(stage, SHIP, link.ship_antenna_height, under_way=bool(np.any(ship != ship[0])))
-        stage.meshcat.SetLine(f"{WORLD}/planned_path", path.T, 1.0, Rgba(*PLANNED, 0.7))
-        # Each ray is one long, then stretched to its length; its ends look equally wide from the eye.
+        stage.meshcat.SetLine(f"{WORLD}/reference_path", path.T, 1.0, Rgba(*REFERENCE_PATH, 0.7))
+        # Each ray is one long, then scaled to its length; its ends look equally wide from the eye.
         near, far = RAY_WIDTH * size * float(np.linalg.norm(EYE)), RAY_WIDTH * span
         height = path[0, 2] - mission.sea_level
         bounce = near + (far - near) * float(np.clip(height / (height + link.ship_antenna_height), 0.0, 1.0))
@@ -153,7 +153,7 @@ class Scene:
           sample: see `Flight.sample`.
           frame: the frame of the recording.
         """
-        stage, link = self._stage, self._scenario.link
+        stage, link = self._stage, self._scenario.true_link()
         stage.frame = frame or 0
         time, p_WB, eta = float(sample["time"]), sample["position"], sample["attitude"]
         ship, snr_db = sample["ship_position"], float(sample["snr_db"])
@@ -161,8 +161,8 @@ class Scene:
         stage.move(VEHICLE, RigidTransform(RotationMatrix(rotation_matrix(eta)), p_WB))
         self._turn_blades(time, sample["rotor_speed"])
         stage.move(SHIP, RigidTransform(self._heading(time), ship))
-        antenna, (top, _) = antenna_position(p_WB, eta, link), ship_antenna_and_image(ship, link)
-        bounce = specular_point(antenna, ship, link)
+        antenna, top = antenna_position(p_WB, eta, link), ship_antenna_and_image(ship, link)[0]
+        bounce = specular_point(antenna, top, float(ship[2]))
         for name, start, end in (
             ("direct", antenna, top),
             ("down_to_sea", antenna, bounce),
@@ -170,7 +170,7 @@ class Scene:
         ):
             X_WR, length = ray_pose(start, end)
             stage.move(f"{RAYS}/{name}", X_WR)
-            stage.stretch(f"{RAYS}/{name}/length", [length, 1.0, 1.0])
+            stage.scale(f"{RAYS}/{name}/length", [length, 1.0, 1.0])
         stage.move(f"{RAYS}/specular_point", translation(bounce))
         self._gauge.show(snr_db)
         self._draw_on(time, p_WB, snr_db)

@@ -34,7 +34,7 @@ def start_meshcat(port: int | None = None) -> Meshcat:
 
 
 class Stage:
-    """Objects are put up once; from then on they are moved, stretched and revealed.
+    """Objects are put up once; from then on they are moved, scaled and revealed.
 
     Meshcat's own recorder asks for times and rounds them down to frames, which loses a frame wherever t times the rate
     falls just short of a whole number; so frames are counted here.
@@ -78,8 +78,8 @@ class Stage:
         else:
             self._recording.SetTransform(self.frame, path, X)
 
-    def stretch(self, path: str, factors: Sequence[float]) -> None:
-        """Scales an object along the axes of its own frame; a path that is stretched must not be moved."""
+    def scale(self, path: str, factors: Sequence[float]) -> None:
+        """Scales an object along the axes of its own frame; a path that is scaled must not be moved."""
         if self._recording is None:
             self.meshcat.SetProperty(path, "scale", list(factors))
         else:

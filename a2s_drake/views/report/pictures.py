@@ -1,20 +1,20 @@
-"""The gallery: every figure of the report, by file name, with its caption."""
+"""The pictures: every figure of the report, by file name, with its caption."""
 
 from collections.abc import Mapping
-from typing import Any
 
 from matplotlib.figure import Figure
 
 from a2s_drake.flight.log import Flight
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.study.ideal_tracking import Geometry, phase_errors
+from a2s_drake.study.paper.results import PlannedLaw, Results
 from a2s_drake.views import figures
 
 # File name: figure, caption.
-Gallery = dict[str, tuple[Figure, str]]
+Pictures = dict[str, tuple[Figure, str]]
 
 
-def paper_gallery(flights: Mapping[str, Flight]) -> Gallery:
+def paper_pictures(flights: Mapping[str, Flight]) -> Pictures:
     """The paper's figures, redrawn from the headline flights by law."""
     flight = flights["three_axis"]
     return {
@@ -52,7 +52,7 @@ def paper_gallery(flights: Mapping[str, Flight]) -> Gallery:
     }
 
 
-def beyond_gallery(results: Mapping[str, Any], flights: Mapping[str, Flight]) -> Gallery:
+def planned_pictures(planned_law: PlannedLaw, flights: Mapping[str, Flight]) -> Pictures:
     """The law `planned` beside the paper's, from the report's numbers and the flights of Table I as printed, by law."""
     planned, compared = flights["planned"], {law: flights[law] for law in ("three_axis", "planned", "level")}
     return {
@@ -74,27 +74,27 @@ def beyond_gallery(results: Mapping[str, Any], flights: Mapping[str, Flight]) ->
             "The six rotor speeds under the plan and their bounds, which it uses to the full.",
         ),
         "attribution": (
-            figures.attribution_figure(results["beyond"]["attribution"]),
+            figures.attribution_figure(planned_law.attribution),
             "From the best attitude in the box down to what is flown: the gain over level that is left after each "
             "effect, and (hatched) what the effect costs.",
         ),
     }
 
 
-def study_gallery(results: Mapping[str, Any], printed: Scenario) -> Gallery:
+def study_pictures(results: Results, printed: Scenario) -> Pictures:
     """The figures of what the paper leaves open, from the report's numbers and the scenario of Table I as printed."""
-    gallery: Gallery = {}
-    if "readings" in results:
-        gallery["readings"] = (
-            figures.readings_figure(results["readings"], results["paper_gain_percent"]),
+    pictures: Pictures = {}
+    if results.readings is not None:
+        pictures["readings"] = (
+            figures.readings_figure(results.readings, results.paper_gain_percent),
             "How far each reading moves the headline, one at a time, from either base. All flown in closed loop.",
         )
-    gallery["ceiling"] = (
-        figures.ceiling_figure(results["ceilings"]),
+    pictures["ceiling"] = (
+        figures.ceiling_figure(results.ceilings),
         "Gain over level, and in brackets its share of the best in the box of the same scenario: ceilings (hatched), "
         "ideal tracking (dotted) and closed loop (solid).",
     )
     geometry = Geometry.of(printed)
     error = figures.affine_error_figure(geometry.time, phase_errors(printed, geometry))
     caption = "Error of the affine phase on the boundary of the attitude box. A fringe is 6.28 rad wide."
-    return gallery | {"affine_phase_error": (error, caption)}
+    return pictures | {"affine_phase_error": (error, caption)}

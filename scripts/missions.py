@@ -2,12 +2,12 @@
 
 if __name__ == "__main__":
     import scripts.startup  # first, as the imports below take long
-import sys
 
 import diagrams
 from a2s_drake import Flight, ScenarioError
-from a2s_drake.study.missions import PAPER, PLANNED, beyond_report, beyond_scenarios, other_missions, outcome
+from a2s_drake.study.missions import PAPER, PLANNED, mission_scenarios, missions_report, other_missions, outcome
 from scripts import common, flying
+from scripts.failure import fail
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -17,7 +17,7 @@ def main(argv: list[str] | None = None) -> int:
     help_text = f"which to fly: {', '.join(known)} (default: all)"
     parser.add_argument("mission", nargs="*", metavar="MISSION", help=help_text)
     common.add_set_argument(parser)
-    common.add_out_argument(parser, "results/beyond")
+    common.add_out_argument(parser, "results/missions")
     common.add_jobs_argument(parser)
     try:
         arguments = parser.parse_args(argv)
@@ -28,16 +28,15 @@ def main(argv: list[str] | None = None) -> int:
             if name not in known:
                 raise common.UsageError(f"no mission named {name!r}; there are: {', '.join(known)}")
         bases = {base: diagrams.load_scenario(base).with_overrides(arguments.set) for base in (PAPER, PLANNED)}
-        scenarios = beyond_scenarios(bases, missions)
-        out = common.make_study_folder(arguments.out, "results/beyond")
+        scenarios = mission_scenarios(bases, missions)
+        out = common.make_study_folder(arguments.out, "results/missions")
     except (common.UsageError, ScenarioError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
+        return fail(error)
 
     def tell(flights: dict[str, Flight]) -> str:
-        return beyond_report({name: outcome(flights, name) for name in missions})
+        return missions_report({name: outcome(flights, name) for name in missions})
 
-    return flying.fly_study(scenarios, out, arguments.jobs, tell, "beyond.md")
+    return flying.fly_study(scenarios, out, arguments.jobs, tell, "missions.md")
 
 
 if __name__ == "__main__":

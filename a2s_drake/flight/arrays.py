@@ -1,0 +1,36 @@
+"""What an array of a flight's log holds: its unit, and the names of its columns."""
+
+from collections.abc import Sequence
+from dataclasses import field
+from typing import Any
+
+ANGLES = ("roll", "pitch", "yaw")
+
+
+def columns_of(unit: str, column: str, parts: Sequence[str] = ("",)) -> list[str]:
+    """The name of each column of an array, which ends in the unit."""
+    suffix = f"_{unit.lower().replace('/', '_per_')}" if unit else ""
+    return [column.format(part) + suffix for part in parts]
+
+
+def logged(unit: str, column: str, parts: Sequence[str] = ("",)) -> dict[str, Any]:
+    """The metadata of an array that every diagram gives."""
+    return {"unit": unit, "columns": columns_of(unit, column, parts), "optional": False}
+
+
+def optional(unit: str, columns: Sequence[str]) -> Any:
+    """The field of an array that not every diagram gives; where a flight is made without it, it is NaN throughout."""
+    return field(default=None, metadata={"unit": unit, "columns": list(columns), "optional": True})
+
+
+STATE_UNIT = "m, rad, m/s, rad/s"
+
+
+def state_columns(prefix: str) -> list[str]:
+    """The names of the columns of a vehicle's 12 states, whose parts have units of their own."""
+    return [
+        *columns_of("m", prefix + "position_{}", "xyz"),
+        *columns_of("rad", prefix + "{}", ANGLES),
+        *columns_of("m/s", prefix + "velocity_{}", "xyz"),
+        *columns_of("rad/s", prefix + "angular_velocity_{}", "xyz"),
+    ]
