@@ -111,12 +111,9 @@ def _check_path(scenario: Scenario, times: FloatArray, courses: Courses) -> None
 def _check_distance(scenario: Scenario, path: FloatArray, ship: FloatArray) -> None:
     """The ship's antenna must stay out of reach of the UAV's, wherever that one is turned: there is no link at 0 m."""
     mission, link = scenario.mission, scenario.link
-    between = path - ship - np.array([0.0, 0.0, link.ship_antenna_height])
-    # The distance from the origin to each stretch between two instants, which are straight to a good approximation.
-    start, step = between[:-1], np.diff(between, axis=0)
-    length = np.maximum((step * step).sum(axis=1), np.finfo(float).tiny)
-    share = np.clip(-(start * step).sum(axis=1) / length, 0.0, 1.0)
-    closest = float(np.linalg.norm(start + share[:, np.newaxis] * step, axis=1).min())
+    # The law computes with the believed antenna, the channel with the true one.
+    heights = (link.ship_antenna_height, scenario.true_link().ship_antenna_height)
+    closest = min(_closest(path - ship - np.array([0.0, 0.0, height])) for height in heights)
     reach = float(np.linalg.norm(link.antenna_offset))
     if closest <= reach:
         names = [name for name in ("ship_track_file", "path_file") if getattr(mission, name) is not None]
@@ -124,3 +121,11 @@ def _check_distance(scenario: Scenario, path: FloatArray, ship: FloatArray) -> N
         allowed = f"must stay farther off than the reach of link.antenna_offset, {reach:.3g} m"
         words = f"the UAV comes as close as {closest:.3g} m to the ship's antenna; {allowed}"
         raise refuse(f"mission.{name}", getattr(mission, name), words)
+
+
+def _closest(between: FloatArray) -> float:
+    """How close to zero vectors (n, 3) come in between too, where they change as good as linearly, m."""
+    start, step = between[:-1], np.diff(between, axis=0)
+    length = np.maximum((step * step).sum(axis=1), np.finfo(float).tiny)
+    share = np.clip(-(start * step).sum(axis=1) / length, 0.0, 1.0)
+    return float(np.linalg.norm(start + share[:, np.newaxis] * step, axis=1).min())

@@ -78,7 +78,9 @@ def test_a_ship_may_not_sail_its_antenna_into_the_uavs(height: float, tmp_path: 
     dut = Scenario().with_overrides([*overrides, "attitude_law.name=level"])
     with pytest.raises(ScenarioError, match=r"mission.ship_track_file = .*ship.csv': the UAV comes as close as"):
         feasible.check(dut)
-    feasible.check(dut.with_value("link.ship_antenna_height", 9.0))
+    lower = feasible.check(dut.with_value("link.ship_antenna_height", 9.0))
+    with pytest.raises(ScenarioError, match=r"the UAV comes as close as 0\.2 m to the ship's antenna"):
+        feasible.check(lower.with_value("knowledge.ship_antenna_height_error", 0.8))  # where the antenna truly is
 
 
 def test_on_the_circle_too_the_antennas_may_not_meet() -> None:

@@ -34,11 +34,13 @@ def meshcat() -> Meshcat:
 
 def test_a_turning_ship_points_where_it_sails(tmp_path: Path, meshcat: Meshcat) -> None:
     turn = np.pi * TIME / 40.0  # half around a circle of 30 m, anticlockwise: it heads from north to south
-    dut = Scene(meshcat, sailing(tmp_path, 60.0 + 30.0 * np.cos(turn), 30.0 * np.sin(turn)))
+    scenario = sailing(tmp_path, 60.0 + 30.0 * np.cos(turn), 30.0 * np.sin(turn))
+    dut = Scene(meshcat, scenario)
     for time, expected in ((0.0, 90.0), (10.0, 135.0), (20.0, 180.0)):
         assert abs(heading_deg(dut, time)) == pytest.approx(expected, abs=0.01)
     assert heading_deg(dut, 40.0) == pytest.approx(-90.0, abs=0.01)
     assert heading_deg(dut, 60.0) == pytest.approx(-90.0, abs=0.01)  # It has arrived and keeps its heading.
+    assert heading_deg(Scene(meshcat, scenario), 60.0) == pytest.approx(-90.0, abs=0.01)  # seen late
 
 
 def test_on_its_line_the_ship_points_along_it(meshcat: Meshcat) -> None:
