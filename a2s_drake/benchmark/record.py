@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from a2s_drake.common.arrays import FloatArray
+from a2s_drake.common.wiring import mark_own_blocks
 from a2s_drake.control.controller import MpcController
 from a2s_drake.control.horizon import Plan, Reference
 from a2s_drake.control.ladder import Planner
@@ -57,6 +58,7 @@ def record(scenario: Scenario, progress: Callable[[int], Any] | None = None) -> 
     planner, fed = Planner(airframe, mpc, recorder), law.needs_plan and mpc.feedforward
     blocks = Blocks(controller=lambda _: MpcController(airframe, mpc, planner, feedforward=fed))
     diagram = build_closed_loop(scenario, blocks=blocks, plan=plan_for_law(scenario))
+    mark_own_blocks(diagram, {})  # It is our controller that flies; it is only listened to.
     flight = run_flight(diagram, scenario, progress)
     if not recorder.problems:
         raise FlightEnded("the flight posed no problem that could be linearised", flight)

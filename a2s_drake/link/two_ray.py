@@ -171,11 +171,8 @@ def TwoRayChannel_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a templat
         - `phase_difference` (1): dPhi, rad, unwrapped; geometry alone.
         - `reflection` (2): magnitude, and phase in (-pi, pi], rad, of the sea's reflection coefficient Gamma.
 
-        Stateless. Converts to AutoDiffXd.
-
-        Args:
-          link: the link as it truly is; its `ship_antenna_height` is not read.
-          sea_level: z of the mean sea, m, W.
+        Stateless. Converts to AutoDiffXd. `TwoRayChannel(link, sea_level)` takes the link as it truly is, of which
+        `ship_antenna_height` is not read, and z of the mean sea, m, W.
         """
 
         def _construct(self, link: Link, sea_level: float = -20.0, converter: Any = None) -> None:

@@ -162,10 +162,10 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """
     for name, build in BUILDERS.items():
         diagram = build(a2s_drake.Scenario())
-        files.append(File.generated(config, f"drawn/{name}-1.svg", content=as_svg(read_graph(diagram, depth=1))))
+        files.append(File.generated(config, f"drawn/{name}-2.svg", content=as_svg(read_graph(diagram, depth=2))))
         files.append(File.generated(config, f"drawn/{name}.html", content=as_html(read_graph(diagram))))
     readme = _FOREIGN_LINK.sub(r"\1", (ROOT / "README.md").read_text(encoding="utf-8"))
-    readme = _MERMAID.sub(r"![The diagram \1](drawn/\1-1.svg)", readme)
+    readme = _MERMAID.sub(r"![The diagram \1](drawn/\1-2.svg)", readme)
     files.append(File.generated(config, "readme.md", content=readme.replace("](docs/", "](")))
     return files
 

@@ -28,12 +28,11 @@ def show() -> Figure:
     diagram = build_closed_loop(scenario)
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
-    plant = find_block(diagram, "plant")
+    plant, mpc = (find_block(diagram, name) for name in ("plant", "mpc"))
     body, off = plant.GetBodyByName("hexarotor"), RigidTransform([0.0, -0.3, 0.0])
     plant.SetFreeBodyPose(plant.GetMyMutableContextFromRoot(context), body, off)
     simulator.Initialize()  # The controller decides once.
 
-    mpc = find_block(diagram, "mpc")
     own = mpc.GetMyContextFromRoot(context)
     plan, status = mpc.plan(own), SolverStatus(mpc.GetOutputPort("solver_status").Eval(own))
     reference = mpc.reference(own)

@@ -41,14 +41,10 @@ class BestHoverable(LeafSystem):
 
 def show(duration: float) -> Figure:
     """Flies level, the paper's law and the one above; prints what they transmit and how far they stray."""
-    paper = Scenario().with_value("simulation.duration", duration).validate()
-    level = paper.with_value("attitude_law.name", "level").validate()
-    loops = {
-        "level": (level, build_closed_loop(level)),
-        "the paper's law": (paper, build_closed_loop(paper)),
-        "own law": (paper, build_closed_loop(paper, blocks=Blocks(law=BestHoverable))),
-    }
-    flown = {name: run_flight(loop, scenario) for name, (scenario, loop) in loops.items()}
+    paper = Scenario().with_value("simulation.duration", duration)
+    level = paper.with_value("attitude_law.name", "level")
+    laws = {"level": (level, None), "the paper's law": (paper, None), "own law": (paper, Blocks(law=BestHoverable))}
+    flown = {name: run_flight(build_closed_loop(one, blocks=law), one) for name, (one, law) in laws.items()}
     for name, flight in flown.items():
         got = compute_metrics(flight)
         print(f"{name}: {got['throughput_bit_per_hz']:.3f} bit/Hz, {got['position_error_max_m']:.3f} m astray at most")

@@ -95,7 +95,7 @@ def test_pages_link_to_diagrams_that_fold(site: Path, open_page) -> None:
 def test_the_readmes_diagram_is_drawn_without_mermaid(site: Path, open_page) -> None:
     tab = open_page(site / "readme.html", folder=site)
     width = "image => image.decode().then(() => image.naturalWidth)"
-    assert tab.locator("img[src='drawn/closed_loop-1.svg']").evaluate(width) > 500
+    assert tab.locator("img[src='drawn/closed_loop-2.svg']").evaluate(width) > 500
     assert "flowchart LR" not in tab.locator("article").inner_text()
 
 

@@ -116,7 +116,7 @@ def test_diagram_in_the_text_is_what_the_script_draws(block: CodeBlock, capsys) 
 
 def test_readme_shows_the_closed_loop_as_picture_and_as_table() -> None:
     drawn = [block.comment for block in DRAWN if block.page == "README.md"]
-    assert drawn == ["show_diagram closed_loop --depth 1 --format mermaid", "show_diagram closed_loop --depth 1"]
+    assert drawn == ["show_diagram closed_loop --depth 2 --format mermaid", "show_diagram closed_loop --depth 1"]
 
 
 @pytest.mark.parametrize("block", PYTHON, ids=lambda block: block.text.splitlines()[0])

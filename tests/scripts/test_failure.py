@@ -3,7 +3,8 @@
 import pytest
 
 from a2s_drake import FlightEnded, FlightInterrupted, ScenarioError
-from scripts.common import ResultsError, UsageError
+from a2s_drake.common.files import ResultsError
+from scripts.common import UsageError
 from scripts.failure import exit_code, fail
 from scripts.flying import CampaignEnded
 from tests.support.flights import made_up_flight

@@ -36,8 +36,8 @@ def test_script_lists_the_diagrams(capsys) -> None:
 
 
 def test_script_shows_what_a_scenario_adds(capsys) -> None:
-    assert show_diagram.main(["closed_loop", "--depth", "1", "--set", *DISTURBED]) == 0
-    assert "measurement  (MeasurementNoise)" in capsys.readouterr().out
+    assert show_diagram.main(["closed_loop", "--depth", "2", "--set", *DISTURBED]) == 0
+    assert "input_delay  (InputDelay)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -41,15 +41,16 @@ def main():
 """
 
 WRITES = """
-from scripts import flying, simulate
-write = flying.write_metrics
+from a2s_drake.flight import folder as results
+from scripts import simulate
+write = results.write_metrics
 def write_slowly(flight, folder):
     ready.touch()
     end = time.monotonic() + 0.5
     while time.monotonic() < end:
         pass
     write(flight, folder)
-flying.write_metrics = write_slowly
+results.write_metrics = write_slowly
 main = lambda: simulate.main(["hover", "--duration", "0.1", "--csv", "--out", "out"])
 """
 
