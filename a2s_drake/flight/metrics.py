@@ -12,6 +12,7 @@ from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.files import written_whole
 from a2s_drake.common.packages import is_installed
 from a2s_drake.flight.log import Fallback, Flight
+from a2s_drake.link.throughput import gain_percent as throughput_gain_percent
 
 OUTAGE_THRESHOLDS_DB = (0.0, 3.0, 6.0, 9.0, 12.0)
 
@@ -23,7 +24,7 @@ def throughput(flight: Flight) -> float:
 
 def gain_percent(flight: Flight, baseline: Flight) -> float:
     """How much more a flight transmits than a baseline, %."""
-    return 100.0 * (throughput(flight) / throughput(baseline) - 1.0)
+    return throughput_gain_percent(throughput(flight), throughput(baseline))
 
 
 def outage_curve(flight: Flight, thresholds_db: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, Diagram, OutputPort
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.common.signals import SolverStatus
+from a2s_drake.common.signals import SolverStatus, State
 from a2s_drake.common.wiring import check_ports, own_blocks
 from a2s_drake.flight.divergence import DivergenceMonitor
 from a2s_drake.flight.log import Flight, FlightEnded, FlightInterrupted, Sample, WallClock, array_columns
@@ -126,8 +126,8 @@ def _read(diagram: Diagram, context: Context, name: str) -> FloatArray:
 
 def _read_state(diagram: Diagram, context: Context) -> dict[str, Any]:
     """What the update at t_k does not change. Read before it, so that the controller finds its inputs in the cache."""
-    state = _read(diagram, context, "vehicle_state").reshape(4, 3)
-    row = dict(zip(("position", "attitude", "velocity", "angular_velocity"), state, strict=True))
+    state = State(_read(diagram, context, "vehicle_state"))
+    row = {name: getattr(state, name) for name in ("position", "attitude", "velocity", "angular_velocity")}
     for name in ("position_reference", "attitude_reference", "ship_position"):
         row[name] = _read(diagram, context, name)
     for name in ("channel_gain", "snr_db", "spectral_efficiency", "phase_difference"):

@@ -51,12 +51,19 @@ def without_candidate(zero: FloatArray, nearest: FloatArray) -> BoolArray:
     return np.asarray((zero != nearest).any(axis=1))
 
 
+def held_throughput(scenario: Scenario, geometry: Geometry, eta: FloatArray) -> float:
+    """Throughput per hertz, bit/Hz, in the true channel where the UAV *measures* that it holds an attitude exactly.
+
+    Its true pose is the measured one and the scenario's bias. `eta` is roll, pitch, yaw, rad, shape (n, 3).
+    """
+    bias = np.array(scenario.knowledge.pose_bias)
+    position, attitude = geometry.position + bias[:3], eta + bias[3:]
+    return throughput_of(position, attitude, geometry.ship, scenario.true_link(), scenario.mpc.period)
+
+
 def held_gain(scenario: Scenario, geometry: Geometry, eta: FloatArray) -> float:
-    """Gain in throughput of an attitude held exactly over level attitude held exactly, %."""
-    mine, level = (
-        throughput_of(geometry.position, attitude, geometry.ship, scenario.link, scenario.mpc.period)
-        for attitude in (eta, np.zeros_like(eta))
-    )
+    """Gain in throughput of an attitude held exactly over level attitude held exactly, as measured, %."""
+    mine, level = (held_throughput(scenario, geometry, attitude) for attitude in (eta, np.zeros_like(eta)))
     return gain_percent(mine, level)
 
 
@@ -117,18 +124,21 @@ class IdealTracking:
 def measure_ideal_tracking(scenario: Scenario) -> IdealTracking:
     """Ideal tracking of every law and fallback of a scenario, both ceilings, and the affine phase error."""
     geometry = Geometry.of(scenario)
-    link, limit, airframe = scenario.link, scenario.mpc.attitude_limit, scenario.airframe
+    limit, airframe = scenario.mpc.attitude_limit, scenario.airframe
     references = {
         (name, fallback): law_attitude(scenario, geometry, name, fallback)
         for name in ("three_axis", "pitch_only")
         for fallback in FALLBACKS
     }
-    box = best_attitude(geometry.position, geometry.ship, link, limit)
-    hover = best_hoverable_attitude(geometry.position, geometry.ship, link, limit, airframe)
+    # A ceiling knows the truth: where the vehicle truly is, and how it must measure itself to be turned as it should.
+    bias, link = np.array(scenario.knowledge.pose_bias), scenario.true_link()
+    position = geometry.position + bias[:3]
+    box = best_attitude(position, geometry.ship, link, limit) - bias[3:]
+    hover = best_hoverable_attitude(position, geometry.ship, link, limit, airframe) - bias[3:]
     errors = phase_errors(scenario, geometry)
     level = np.zeros_like(box)
     return IdealTracking(
-        level_throughput_bit_per_hz=throughput_of(geometry.position, level, geometry.ship, link, scenario.mpc.period),
+        level_throughput_bit_per_hz=held_throughput(scenario, geometry, level),
         gain_percent={
             name: {fallback: held_gain(scenario, geometry, references[name, fallback]) for fallback in FALLBACKS}
             for name in ("three_axis", "pitch_only")

@@ -88,7 +88,7 @@ def test_every_page_opens_from_disk_and_fits(page: Path, site: Path, open_page) 
 def test_pages_link_to_diagrams_that_fold(site: Path, open_page) -> None:
     tab = open_page(site / "blocks.html", folder=site)
     tab.locator("a[href='drawn/closed_loop.html']").click()
-    tab.get_by_role("button", name="fold airframe").click()
+    tab.get_by_role("button", name="fold world/airframe").click()
     assert tab.locator("#picture .closed").count() == 1
 
 

@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 from pydrake.math import RollPitchYaw
 
-from a2s_drake import Scenario
+from a2s_drake import Scenario, run_flight
 from a2s_drake.study.ideal_tracking import Geometry, IdealTracking, measure_ideal_tracking, phase_errors
 from a2s_drake.study.paper.errata import errata
+from diagrams import build_link_only
 
 
 @pytest.fixture(scope="module")
@@ -99,3 +100,21 @@ def law_by_hand(fallback: str) -> float:
 @pytest.mark.parametrize("fallback", ["nearest", "zero", "index_zero"])
 def test_ideal_tracking_agrees_with_the_law_by_hand(fallback: str, study: IdealTracking) -> None:
     assert study.gain_percent["three_axis"][fallback] == pytest.approx(law_by_hand(fallback), abs=1e-3)
+
+
+def test_what_the_uav_does_not_know_costs_the_laws_and_not_the_ceilings(scenario: Scenario) -> None:
+    # The oracle is the drawing that holds the reference exactly.
+    coarse = ["mpc.period=0.4", "mpc.horizon=2"]
+    wrong = ["knowledge.ship_antenna_height_error=0.1", "knowledge.attitude_bias_deg=[0.5, -0.5, 0]"]
+    known, unknown = (scenario.with_overrides([*coarse, *more]) for more in ([], wrong))
+    knows, guesses = map(measure_ideal_tracking, (known, unknown))
+    flown = {
+        law: run_flight(build_link_only(one), one).spectral_efficiency.sum() * 0.4
+        for law in ("three_axis", "level")
+        for one in [unknown.with_value("attitude_law.name", law)]
+    }
+    assert guesses.level_throughput_bit_per_hz == pytest.approx(flown["level"], rel=1e-12)
+    expected = 100.0 * (flown["three_axis"] / flown["level"] - 1.0)
+    assert guesses.gain_percent["three_axis"]["nearest"] == pytest.approx(expected, abs=1e-9)
+    assert guesses.gain_percent["three_axis"]["nearest"] < 0.5 * knows.gain_percent["three_axis"]["nearest"]
+    assert guesses.ceiling_percent.box > 0.8 * knows.ceiling_percent.box
