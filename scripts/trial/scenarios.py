@@ -85,6 +85,7 @@ def _flown(rng: Random, defaults: Values, number: int) -> Values:
             names = [name for name in names if name not in drawn]
     if drawn.get("mpc.solver") == "ipopt":  # which may take 300 iterations a sample, each as long as its horizon
         drawn["mpc.horizon"] = rng.randint(1, 8)
+        drawn["simulation.duration"] = round(rng.uniform(0.1, 0.3), 2)
         names = [name for name in names if name not in drawn]
     for name in rng.sample(names, rng.randint(1, 6)):
         drawn[name] = rng.choice(PAPER_LAWS) if name == "attitude_law.name" else draw(rng, FIELDS[name], defaults[name])
