@@ -44,7 +44,8 @@ def load_scenario(name_or_path: str) -> Scenario:
             raise ScenarioError(f"{shown}: {error.strerror}") from error
     if os.path.isfile(path):  # noqa: PTH113  Python 3.11's `Path.is_file` refuses names that are too long
         raise ScenarioError(f"{shown}: a scenario file ends in .yaml or .yml")
-    return Scenario.from_yaml(SCENARIOS.read_text(encoding="utf-8"), name=name_or_path, source=SCENARIOS.name)
+    text = SCENARIOS.read_text(encoding="utf-8")
+    return Scenario.from_yaml(text, name=name_or_path, source=SCENARIOS.name, folder=SCENARIOS.parent)
 
 
 __all__ = [

@@ -1,9 +1,11 @@
 """The hexarotor alone, its rotors open to the user: hover it, linearise it, differentiate it."""
 
+import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from a2s_drake.common.wiring import build_wired, export_outputs
+from a2s_drake.common.wiring import build_wired, export_outputs, mark_own_blocks
 from a2s_drake.flight import feasible
+from a2s_drake.guidance.path import uav_path
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.vehicle.airframe import add_airframe
 
@@ -21,7 +23,10 @@ def build_airframe_only(scenario: Scenario | None = None) -> Diagram:
     """
     scenario = feasible.check(scenario or Scenario())
     builder = DiagramBuilder()
-    airframe = add_airframe(builder, scenario.airframe, scenario.mission.start, scenario.disturbance)
+    start = uav_path(scenario.mission).position(np.array(0.0))
+    airframe = add_airframe(builder, scenario.airframe, start.tolist(), scenario.disturbance)
     builder.ExportInput(airframe.GetInputPort("rotor_speed_squared"), "rotor_speed_squared")
     export_outputs(builder, airframe)
-    return build_wired(builder, "airframe_only")
+    diagram = build_wired(builder, "airframe_only")
+    mark_own_blocks(diagram, {})
+    return diagram

@@ -1,19 +1,24 @@
 """The blocks of a drawing by role: ours for a scenario, or the user's own in their places."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
 from pydrake.systems.framework import System
 
-from a2s_drake.common.wiring import check_ports, class_name
+from a2s_drake.common.wiring import WiringError, check_ports, class_name
 from a2s_drake.control.controller import MpcController, feedforward_ports
-from a2s_drake.guidance.laws import build_law
-from a2s_drake.guidance.path import UavPath
+from a2s_drake.flight import feasible
+from a2s_drake.guidance.courses import Courses
+from a2s_drake.guidance.laws import build_law, find_law
+from a2s_drake.guidance.path import UavPath, uav_path
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.link.two_ray import TwoRayChannel
 from a2s_drake.navigation.sensors import NavigationSensor
 from a2s_drake.navigation.ship_report import ShipReport
+from a2s_drake.scenario.checks import ScenarioError, refuse
 from a2s_drake.scenario.scenario import Scenario
+from a2s_drake.scenario.track_file import read_files
 from a2s_drake.vehicle.airframe import make_airframe
 from a2s_drake.world.ship import ShipTrajectory, ship_track
 from a2s_drake.world.ship_motion import ShipMotion
@@ -30,8 +35,13 @@ class Blocks:
     block gets the signal that an input of it is called after. Onboard blocks get what sensors and other onboard blocks
     give, never the truth; an input `vehicle_state` of theirs is the measured state.
 
+    A factory gets the scenario, and what it does not read has no effect. So a channel of the user's own takes
+    `scenario.true_link()`, which holds the errors of `knowledge`; a sensor takes the bias and the noise; and a ship
+    motion the true height of the antenna.
+
     Attributes:
-      path: onboard. Outputs `position_reference` (3), `position_preview` (3(N+1)).
+      path: onboard. Outputs `position_reference` (3), `position_preview` (3(N+1)). The vehicle starts where it begins,
+        or, if it has inputs, where the scenario's path begins.
       ship: world. Output `ship_position` (3). The UAV is told the track of a `ShipTrajectory`. A block of another kind
         may have an output `ship_preview` (3(N+1)) to tell of itself; without it the UAV believes the scenario's track.
       ship_motion: world. Output `ship_antenna_position` (3).
@@ -41,7 +51,8 @@ class Blocks:
       receiver: sensing; there is none of ours yet. Output `snr_measurement` (2): dB, and its time stamp, s.
       observer: onboard, between the sensors and the law; there is none of ours yet. Its outputs reach the law and the
         controller by their names.
-      law: onboard. Outputs `attitude_reference` (3), `attitude_preview` (3(N+1)).
+      law: onboard. Outputs `attitude_reference` (3), `attitude_preview` (3(N+1)). With the outputs `position_command`
+        (3) and `position_command_preview` (3(N+1)) the controller follows these, not the path.
       controller: onboard. Output `rotor_speed_squared` (6).
       airframe: world. Input `rotor_speed_squared` (6), output `vehicle_state` (12).
     """
@@ -74,41 +85,133 @@ NAMES = {
 }
 """What the block of each role is called in a drawing."""
 
-_OURS: dict[str, Factory] = {
-    "path": lambda scenario: UavPath(scenario.mission, scenario.mpc),
-    "ship": lambda scenario: ShipTrajectory(scenario.mission),
-    "ship_motion": lambda scenario: ShipMotion(scenario.true_link().ship_antenna_height),
-    "channel": lambda scenario: TwoRayChannel(scenario.true_link(), scenario.mission.sea_level),
-    "navigation": lambda scenario: NavigationSensor(scenario.mpc.period, scenario.disturbance, scenario.knowledge),
+# The outputs that a block of each role must have, and those that it may have; PREVIEW and INPUTS grow with the horizon.
+_PREVIEW, _INPUTS = -1, -2
+_MUST = {
+    "path": {"position_reference": 3, "position_preview": _PREVIEW},
+    "ship": {"ship_position": 3},
+    "ship_motion": {"ship_antenna_position": 3},
+    "channel": dict.fromkeys(("channel_gain", "snr_db", "spectral_efficiency", "phase_difference"), 1),
+    "navigation": {"measured_state": 12},
+    "ship_report": {"ship_preview": _PREVIEW},
+    "receiver": {"snr_measurement": 2},
+    "observer": {},
+    "law": {"attitude_reference": 3, "attitude_preview": _PREVIEW},
+    "controller": {"rotor_speed_squared": 6},
+    "airframe": {"vehicle_state": 12},
 }
+_MAY: dict[str, dict[str, int]] = {
+    "ship": {"ship_preview": _PREVIEW},
+    "channel": {"reflection": 2},
+    "observer": {
+        "measured_state": 12,
+        "ship_preview": _PREVIEW,
+        "snr_measurement": 2,
+        "phasor": 3,
+        "phasor_covariance": 9,
+        "force_estimate": 3,
+    },
+    # A law that has one of a row has them all.
+    "law": {
+        "position_command": 3,
+        "position_command_preview": _PREVIEW,
+        "velocity_preview": _PREVIEW,
+        "angular_velocity_preview": _PREVIEW,
+        "rotor_speed_squared_preview": _INPUTS,
+    },
+}
+# Names that no block of another role may use for an output.
+_TAKEN = {name for table in (_MUST, _MAY) for outputs in table.values() for name in outputs}
+_TAKEN |= {"predicted_state", "solver_status", "body_poses"}
 
 
 class Maker:
     """Makes the blocks of one drawing, and remembers which of them, and which of their outputs, are the user's own."""
 
     def __init__(self, scenario: Scenario, blocks: Blocks, plan: AttitudeSpline | None = None) -> None:
-        """A maker for a scenario, with the user's factories and the plan of its law, if it needs one."""
-        self._scenario, self._blocks, self._plan = scenario, blocks, plan
+        """A maker for a scenario, with the user's factories and the plan of its law, if it needs one.
+
+        Raises:
+          ScenarioError: when the plan is none for this scenario, or nobody would fly it; or a range is left.
+        """
+        self._scenario, self._blocks, self._plan = scenario.validate(), blocks, plan
         self.own: dict[str, str] = {}
-        self.own_outputs: set[str] = set()
+        self.own_outputs: dict[str, str] = {}
+        self.files = read_files(scenario.mission)
+        self._check_plan()
 
     def has(self, role: str) -> bool:
         """Whether the user gives a factory for a role."""
         return getattr(self._blocks, role) is not None
 
+    def refuse_others(self, drawing: str, roles: Iterable[str]) -> None:
+        """Raises WiringError where the user gives a block that a drawing has no place for."""
+        others = [role for role in NAMES if self.has(role) and role not in roles]
+        if others:
+            raise WiringError(f"{drawing} has no place for: {', '.join(others)}")
+
+    def check(self, path: System, ship: System) -> None:
+        """Checks that a scenario can be flown, along the path and the track that these blocks serve.
+
+        Raises:
+          ScenarioError: see `a2s_drake.flight.feasible.check`.
+        """
+        blocks = {"path": (path, UavPath), "ship": (ship, ShipTrajectory)}
+        unknown = {role for role, (block, kind) in blocks.items() if not isinstance(block, kind)}
+        unknown |= {"law"} if self.has("law") else set()
+        courses = Courses.of(self._scenario, self.files)
+        courses = Courses.along(
+            self._scenario,
+            path.motion if isinstance(path, UavPath) else courses.uav,
+            ship.motion if isinstance(ship, ShipTrajectory) else courses.ship,
+            "the path of Blocks.path" if self.has("path") else courses.uav_name,
+            "the track of Blocks.ship" if self.has("ship") else courses.ship_name,
+        )
+        feasible.check(self._scenario, courses, unknown=unknown)
+
     def make(self, role: str) -> System:
         """The block of a role, checked.
 
         Raises:
-          WiringError: when a block of the user's own lacks a port of its role, or has it in another size.
+          WiringError: when a block of the user's own is no block, or its ports do not fit its role.
         """
-        own: Factory | None = getattr(self._blocks, role)
-        if own is None:
-            return build_law(self._scenario, self._plan) if role == "law" else _OURS[role](self._scenario)
+        return self._make_own(role) if self.has(role) else self._make_ours(role)
+
+    def _make_ours(self, role: str) -> System:
+        scenario, mission, mpc = self._scenario, self._scenario.mission, self._scenario.mpc
+        if role == "path":
+            return UavPath(uav_path(mission, self.files.get("path_file")), mpc)
+        if role == "ship":
+            return ShipTrajectory(ship_track(mission, self.files.get("ship_track_file")))
+        if role == "ship_motion":
+            return ShipMotion(scenario.true_link().ship_antenna_height)
+        if role == "channel":
+            return TwoRayChannel(scenario.true_link(), mission.sea_level)
+        if role == "navigation":
+            return NavigationSensor(mpc.period, scenario.disturbance, scenario.knowledge)
+        if role == "law":
+            return build_law(scenario, self._plan)
+        raise ValueError(f"{role}: there is no block of ours for this role alone")
+
+    def _make_own(self, role: str) -> System:
+        name, own = NAMES[role], getattr(self._blocks, role)
+        if not callable(own):
+            raise WiringError(f"{name}: Blocks.{role} must be a function that makes a block, is a {type(own).__name__}")
         block = own(self._scenario)
-        check_ports(NAMES[role], block, {}, self._outputs(role))
+        if not isinstance(block, System):
+            raise WiringError(f"{name}: Blocks.{role} must make a Drake System, made a {type(block).__name__}")
+        must, may = self._sizes(_MUST[role]), self._sizes(_MAY.get(role, {}))
+        check_ports(name, block, {}, must | {port: size for port, size in may.items() if block.HasOutputPort(port)})
+        outputs = {block.get_output_port(i).get_name() for i in range(block.num_output_ports())}
+        allowed = must | may | dict.fromkeys({"controller": ["predicted_state", "solver_status"]}.get(role, []), 0)
+        allowed |= {"body_poses": 0} if role == "airframe" else {}
+        for port in sorted(outputs - allowed.keys()):
+            if port in _TAKEN:
+                raise WiringError(f"{name} ({class_name(block)}): output {port} is a signal of another role")
+            if port in self.own_outputs:
+                raise WiringError(f"{name} ({class_name(block)}): {self.own_outputs[port]} has an output {port} too")
+            self.own_outputs[port] = name
         self.own[role] = block.get_name() or class_name(block)
-        self.own_outputs |= {block.get_output_port(i).get_name() for i in range(block.num_output_ports())}
         return block
 
     def make_controller(self, law: System) -> System:
@@ -121,34 +224,71 @@ class Maker:
             check_ports(NAMES["law"], law, {}, feeds)
         return MpcController(scenario.airframe, scenario.mpc, feedforward=fed)
 
+    def moved_position(self, law: System) -> dict[str, str]:
+        """The signals that a controller follows in place of the path where a law moves the position, by input.
+
+        Raises:
+          WiringError: when a law has one of both outputs only.
+        """
+        ports = self._sizes({"position_command": 3, "position_command_preview": _PREVIEW})
+        if not any(map(law.HasOutputPort, ports)):
+            return {}
+        check_ports(NAMES["law"], law, {}, ports)
+        return {"position_reference": "position_command", "position_preview": "position_command_preview"}
+
     def make_ship_report(self, ship: System) -> System:
         """What the UAV is told of the ship: the track of our ship, or, for a ship of another kind, the scenario's."""
         if self.has("ship_report"):
             return self.make("ship_report")
         mpc, latency = self._scenario.mpc, self._scenario.knowledge.ship_latency
-        track = ship.track if isinstance(ship, ShipTrajectory) else ship_track(self._scenario.mission)
+        track = ship.motion if isinstance(ship, ShipTrajectory) else ship_track(self._scenario.mission)
         return ShipReport(track.position, mpc.period, mpc.horizon, latency)
 
+    def tells_of_itself(self, ship: System) -> bool:
+        """Whether a ship brings a report of its own.
+
+        Raises:
+          ScenarioError: when it does, and the scenario wants that report to be late.
+        """
+        if self.has("ship_report") or not ship.HasOutputPort("ship_preview"):
+            return False
+        latency = self._scenario.knowledge.ship_latency
+        if latency:
+            raise refuse("knowledge.ship_latency", latency, "must be 0, as Blocks.ship brings a report of its own")
+        return True
+
     def make_airframe(self, path: System) -> System:
-        """The airframe, level and at rest where a path begins."""
+        """The airframe, level and at rest where a path begins; where the scenario's does, if a path needs inputs."""
         if self.has("airframe"):
             return self.make("airframe")
-        start = path.GetOutputPort("position_reference").Eval(path.CreateDefaultContext())
+        if path.num_input_ports():
+            start = uav_path(self._scenario.mission, self.files.get("path_file")).position(np.array(0.0))
+        else:
+            start = path.GetOutputPort("position_reference").Eval(path.CreateDefaultContext())
         return make_airframe(self._scenario.airframe, start.tolist(), self._scenario.disturbance)
 
-    def _outputs(self, role: str) -> dict[str, int]:
-        """The outputs that a block of a role must have, by name and size."""
-        preview = 3 * (self._scenario.mpc.horizon + 1)
-        return {
-            "path": {"position_reference": 3, "position_preview": preview},
-            "ship": {"ship_position": 3},
-            "ship_motion": {"ship_antenna_position": 3},
-            "channel": dict.fromkeys(("channel_gain", "snr_db", "spectral_efficiency", "phase_difference"), 1),
-            "navigation": {"measured_state": 12},
-            "ship_report": {"ship_preview": preview},
-            "receiver": {"snr_measurement": 2},
-            "observer": {},
-            "law": {"attitude_reference": 3, "attitude_preview": preview},
-            "controller": {"rotor_speed_squared": 6},
-            "airframe": {"vehicle_state": 12},
-        }[role]
+    def _sizes(self, outputs: Mapping[str, int]) -> dict[str, int]:
+        horizon = self._scenario.mpc.horizon
+        grown = {_PREVIEW: 3 * (horizon + 1), _INPUTS: 6 * horizon}
+        return {name: grown.get(size, size) for name, size in outputs.items()}
+
+    def _check_plan(self) -> None:
+        scenario, plan = self._scenario, self._plan
+        name = scenario.attitude_law.name
+        needs = find_law(name).needs_plan and not self.has("law")
+        if needs:
+            others = [f"Blocks.{role}" for role in ("path", "ship") if self.has(role)]
+            if others:
+                allowed = f"a plan is made for the scenario's own path and ship, not for {' and '.join(others)}"
+                raise refuse("attitude_law.name", name, allowed)
+        if plan is None:
+            return
+        if not needs:
+            raise ScenarioError(f"plan: nothing in this diagram flies a plan; attitude_law.name = {name!r}")
+        if plan.duration != scenario.mission.duration:
+            words = f"plan: is for {plan.duration:g} s, must be for mission.duration"
+            raise ScenarioError(f"{words} = {scenario.mission.duration!r} s")
+        steepest = float(np.abs(plan.eta(scenario.samples_until(plan.duration))).max())
+        if steepest > scenario.mpc.attitude_limit:
+            words = f"plan: reaches {np.rad2deg(steepest):.4g} deg, must keep within mpc.attitude_limit_deg"
+            raise ScenarioError(f"{words} = {scenario.mpc.attitude_limit_deg!r}")

@@ -6,7 +6,6 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import PassThrough
 
 from a2s_drake.common.wiring import NamedWiring, WiringError, build_wired, connect_fitting, mark_own_blocks
-from a2s_drake.flight import feasible
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.vehicle.actuators import InputDelay
@@ -57,9 +56,10 @@ def build_closed_loop(
       ScenarioError: when the scenario cannot be flown.
       WiringError: when a block's ports do not fit; names them, with the sizes found and wanted.
     """
-    scenario = feasible.check(scenario or Scenario())
+    scenario = scenario or Scenario()
     maker = Maker(scenario, blocks or Blocks(), plan)
     path, ship = maker.make("path"), maker.make("ship")
+    maker.check(path, ship)
     world = _build_world(scenario, maker, path, ship)
     sensing = _build_sensing(maker, ship, world)
     onboard = _build_onboard(maker, path, sensing)
@@ -79,6 +79,7 @@ def build_closed_loop(
                 exported.add(name)
     if prebuild is not None:
         prebuild(builder)
+        maker.own["prebuild"] = getattr(prebuild, "__name__", type(prebuild).__name__)
     diagram = build_wired(builder, "closed_loop")
     mark_own_blocks(diagram, maker.own)
     return diagram
@@ -105,9 +106,9 @@ def _build_sensing(maker: Maker, ship: System, world: Diagram) -> Diagram:
     builder = DiagramBuilder()
     wiring = NamedWiring(builder)
     wiring.add(NAMES["navigation"], maker.make("navigation"))
-    if world.HasOutputPort("ship_preview") and not maker.has("ship_report"):
+    if maker.tells_of_itself(ship):
         told = PassThrough(ship.GetOutputPort("ship_preview").size())
-        wiring.add(NAMES["ship_report"], told, {"u": "ship_preview", "y": "ship_preview"})
+        wiring.add(NAMES["ship_report"], told, {"u": "ship_preview"}, {"y": "ship_preview"})
     else:
         wiring.add(NAMES["ship_report"], maker.make_ship_report(ship))
     if maker.has("receiver"):
@@ -125,9 +126,7 @@ def _build_onboard(maker: Maker, path: System, sensing: Diagram) -> Diagram:
     if maker.has("observer"):
         wiring.add(NAMES["observer"], maker.make("observer"), measured)
     law = wiring.add(NAMES["law"], maker.make("law"), measured)
-    # Where a law moves the position too, the controller follows what the law asks for, not the path.
-    moved = {"position_preview": "position_command_preview"} if law.HasOutputPort("position_command_preview") else {}
-    wiring.add(NAMES["controller"], maker.make_controller(law), measured | moved)
+    wiring.add(NAMES["controller"], maker.make_controller(law), measured | maker.moved_position(law))
     wiring.export(sensing)
     return build_wired(builder, "onboard")
 

@@ -5,7 +5,6 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import Adder, ConstantVectorSource, Multiplexer
 
 from a2s_drake.common.wiring import NamedWiring, build_wired, mark_own_blocks
-from a2s_drake.flight import feasible
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.scenario import Scenario
 
@@ -15,6 +14,8 @@ _EXPORTED = (
     *("vehicle_state", "position_reference", "attitude_reference", "ship_position", "ship_antenna_position"),
     *("channel_gain", "snr_db", "spectral_efficiency", "phase_difference", "reflection", "ship_preview"),
 )
+
+_ROLES = ("path", "ship", "ship_motion", "ship_report", "law", "channel")
 
 
 def build_link_only(
@@ -27,7 +28,7 @@ def build_link_only(
 
     ```
     +-----------+
-    |           |--> vehicle_state
+    |           |--> vehicle_state, measured_state
     | link_only |--> position_reference, attitude_reference
     |           |--> ship_position, ship_antenna_position, ship_preview
     |           |--> channel_gain, snr_db, spectral_efficiency, phase_difference, reflection
@@ -35,33 +36,40 @@ def build_link_only(
     ```
 
     Args:
-      blocks: factories of the user's own path, ship, ship motion, ship report, law and channel; the other roles have no
-        place in this drawing and are not read.
+      blocks: factories of the user's own path, ship, ship motion, ship report, law and channel. This drawing has no
+        place for other roles.
       plan: as for `build_closed_loop`.
     Raises:
       ScenarioError: when the scenario cannot be flown.
       WiringError: when a block's ports do not fit; names them, with the sizes found and wanted.
     """
-    scenario = feasible.check(scenario or Scenario())
+    scenario = scenario or Scenario()
     maker = Maker(scenario, blocks or Blocks(), plan)
+    maker.refuse_others("link_only", _ROLES)
+    path, ship = maker.make("path"), maker.make("ship")
+    maker.check(path, ship)
     builder = DiagramBuilder()
     wiring = NamedWiring(builder)
-    wiring.add(NAMES["path"], maker.make("path"))
-    ship = wiring.add(NAMES["ship"], maker.make("ship"))
-    if maker.has("ship_report") or not ship.HasOutputPort("ship_preview"):
+    wiring.add(NAMES["path"], path)
+    wiring.add(NAMES["ship"], ship)
+    if not maker.tells_of_itself(ship):
         wiring.add(NAMES["ship_report"], maker.make_ship_report(ship))
     law = wiring.add(NAMES["law"], maker.make("law"))
     wiring.add(NAMES["ship_motion"], maker.make("ship_motion"))
-    wiring.add("velocities", ConstantVectorSource(np.zeros(6)), {"y0": "velocities"})
-    position = "position_command" if law.HasOutputPort("position_command") else "position_reference"
-    pose = {"u0": position, "u1": "attitude_reference", "u2": "velocities", "y0": "vehicle_state"}
-    wiring.add("vehicle_state", Multiplexer([3, 3, 6]), pose)
+    wiring.add("velocities", ConstantVectorSource(np.zeros(6)), outputs={"y0": "velocities"})
+    position = maker.moved_position(law).get("position_reference", "position_reference")
+    pose = {"u0": position, "u1": "attitude_reference", "u2": "velocities"}
     bias = np.array([*scenario.knowledge.pose_bias, *[0.0] * 6])
     if bias.any():
-        wiring.add("pose_bias", ConstantVectorSource(bias), {"y0": "pose_bias"})
-        wiring.add("true_state", Adder(2, 12), {"u0": "vehicle_state", "u1": "pose_bias", "sum": "vehicle_state"})
+        measured = wiring.add("measured_state", Multiplexer([3, 3, 6]), pose, {"y0": "measured_state"})
+        wiring.add("pose_bias", ConstantVectorSource(bias), outputs={"y0": "pose_bias"})
+        truth = {"u0": "measured_state", "u1": "pose_bias"}
+        wiring.add("vehicle_state", Adder(2, 12), truth, {"sum": "vehicle_state"})
+    else:
+        measured = wiring.add("vehicle_state", Multiplexer([3, 3, 6]), pose, {"y0": "vehicle_state"})
     wiring.add(NAMES["channel"], maker.make("channel"))
     wiring.export_outputs({*_EXPORTED, *maker.own_outputs})
+    builder.ExportOutput(measured.get_output_port(), "measured_state")
     diagram = build_wired(builder, "link_only")
     mark_own_blocks(diagram, maker.own)
     return diagram

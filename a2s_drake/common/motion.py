@@ -1,7 +1,7 @@
 """Motion: where a point is over time, how fast it moves and how it accelerates; any Drake trajectory makes one."""
 
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from pydrake.trajectories import PiecewisePolynomial, Trajectory
@@ -9,6 +9,7 @@ from pydrake.trajectories import PiecewisePolynomial, Trajectory
 from a2s_drake.common.arrays import FloatArray
 
 
+@runtime_checkable
 class Motion(Protocol):
     """A point that moves in W. It stands still before its first instant and after `end`.
 
@@ -79,8 +80,17 @@ class TrajectoryMotion:
 
 
 def as_motion(motion: Motion | Trajectory) -> Motion:
-    """A motion as it is, or the motion of a trajectory."""
-    return TrajectoryMotion(motion) if isinstance(motion, Trajectory) else motion
+    """A motion as it is, or the motion of a trajectory.
+
+    Raises:
+      TypeError: for anything else.
+    """
+    if isinstance(motion, Trajectory):
+        return TrajectoryMotion(motion)
+    if not isinstance(motion, Motion):
+        kind = type(motion).__name__
+        raise TypeError(f"where something goes must be a mission, a Motion or a Drake Trajectory, is a {kind}")
+    return motion
 
 
 def through_points(time: FloatArray, position: FloatArray) -> PiecewisePolynomial:

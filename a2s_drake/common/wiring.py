@@ -62,11 +62,11 @@ def _ports(block: System) -> tuple[list[InputPort], list[OutputPort]]:
 
 
 class NamedWiring:
-    """Wires the blocks of a diagram by the names of their ports.
+    """Wires the blocks of a diagram by the names of their signals.
 
-    An input is connected to the output of its name, of the nearest block added before; where there is none, of one
-    added later; and where there is none at all, it becomes an input of the diagram. So a block that is added between
-    two others and has an output of the same name as the first takes its place for all that come after.
+    An input gets the signal of its own name. Of several blocks that give it, the last one added before counts. Where
+    there is none, it is the first one added later; and where there is none at all, the diagram gets such an input. So a
+    block that gives the same signal as one before it takes that one's place for all that come after.
     """
 
     def __init__(self, builder: DiagramBuilder) -> None:
@@ -74,29 +74,36 @@ class NamedWiring:
         self._outputs: dict[str, OutputPort] = {}
         self._open: list[tuple[str, InputPort, str]] = []
 
-    def add(self, name: str, block: System, alias: Mapping[str, str] | None = None) -> System:
+    def add(
+        self,
+        name: str,
+        block: System,
+        inputs: Mapping[str, str] | None = None,
+        outputs: Mapping[str, str] | None = None,
+    ) -> System:
         """Adds a block under a name and wires its inputs.
 
         Args:
-          alias: the signal of a port by the port's name, where the two names differ.
+          inputs: the signal that an input takes, by the port's name, where the two names differ.
+          outputs: the signal that an output gives, in the same way.
         Raises:
           WiringError: where a signal does not fit an input.
         """
         what = f"{name} ({class_name(block)})"
         self._builder.AddNamedSystem(name, block)
-        alias = alias or {}
-        inputs, outputs = _ports(block)
+        takes, gives = inputs or {}, outputs or {}
+        in_ports, out_ports = _ports(block)
         still_open = []
-        for port in inputs:
+        for port in in_ports:
             if _is_optional(port) or self._builder.IsConnectedOrExported(port):
                 continue
-            signal = alias.get(port.get_name(), port.get_name())
+            signal = takes.get(port.get_name(), port.get_name())
             if signal in self._outputs:
                 self._connect(signal, port, what)
             else:
                 still_open.append((signal, port, what))
         # A block's own outputs are no answer to its inputs, but to those that were open before it.
-        new = {alias.get(port.get_name(), port.get_name()): port for port in outputs}
+        new = {gives.get(port.get_name(), port.get_name()): port for port in out_ports}
         waiting, self._open = self._open, []
         self._outputs |= new
         for signal, port, whose in waiting:
@@ -163,7 +170,7 @@ def build_wired(builder: DiagramBuilder, name: str) -> Diagram:
     """Builds a diagram after a check that every input port in it is connected or exported.
 
     Raises:
-      WiringError: when some are not.
+      WiringError: when some are not, or Drake cannot build it.
     """
     dangling = [
         f"{system.get_name()}: {port.get_name()}"
@@ -173,7 +180,10 @@ def build_wired(builder: DiagramBuilder, name: str) -> Diagram:
     ]
     if dangling:
         raise WiringError(f"{name} leaves inputs unconnected: {', '.join(dangling)}")
-    diagram = builder.Build()
+    try:
+        diagram = builder.Build()
+    except RuntimeError as error:  # for an algebraic loop, and for a block that is part of another diagram
+        raise WiringError(f"{name} cannot be built: {error}") from error
     diagram.set_name(name)
     return diagram
 
@@ -204,5 +214,10 @@ def mark_own_blocks(diagram: Diagram, names: dict[str, str]) -> None:
 
 
 def own_blocks(diagram: Diagram) -> dict[str, str]:
-    """The blocks of the user's own in a diagram, as `mark_own_blocks` noted them; empty without any."""
-    return dict(getattr(diagram, _OWN_BLOCKS, {}))
+    """The blocks of the user's own in a diagram and in those within it, name by role; empty without any.
+
+    A diagram that no builder of this library made is the user's own as a whole: its role is `diagram`.
+    """
+    parts = [block for block in diagram.GetSystems() if isinstance(block, Diagram)]
+    own: dict[str, str] = getattr(diagram, _OWN_BLOCKS, {"diagram": diagram.get_name() or class_name(diagram)})
+    return {role: name for part in parts if hasattr(part, _OWN_BLOCKS) for role, name in own_blocks(part).items()} | own

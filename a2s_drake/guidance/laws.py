@@ -25,14 +25,14 @@ class Law:
       label: its name in figures and tables.
       style: matplotlib's settings of its lines, the same in every figure.
       build: makes its block for a scenario, with the plan that it flies, if it flies one.
-      check: raises ScenarioError where the law cannot fly a scenario.
+      check: raises ScenarioError where the law cannot fly a scenario along the courses of UAV and ship.
       needs_plan: whether a plan must be made before take-off.
     """
 
     label: str
     style: dict[str, Any]
     build: Callable[[Scenario, AttitudeSpline | None], System]
-    check: Callable[[Scenario], None] = lambda _scenario: None
+    check: Callable[[Scenario, Courses], None] = lambda _scenario, _courses: None
     needs_plan: bool = False
 
 
@@ -65,10 +65,13 @@ def _planned(scenario: Scenario, plan: AttitudeSpline | None) -> System:
     return PlannedReference(plan, scenario.airframe, scenario.mission, scenario.mpc)
 
 
-def _check_index_window(scenario: Scenario) -> None:
+def _check_plannable(scenario: Scenario, _courses: Courses) -> None:
+    check_plannable(scenario)
+
+
+def _check_index_window(scenario: Scenario, courses: Courses) -> None:
     """The window of fringe indices must hold the nearest fringe at every sample of the mission."""
     # After the end of the courses, where previews and longer flights look, everything stands still.
-    courses = Courses.of(scenario)
     times = np.append(scenario.samples_until(courses.end), courses.end)
     phase, _ = affine_phase(*courses.positions(times), scenario.link)
     nearest = nearest_fringe(phase)
@@ -87,7 +90,7 @@ LAWS: dict[str, Law] = {
     "three_axis": Law("three axes", {"color": "#0072B2", "linestyle": "-"}, _soft_min, _check_index_window),
     "pitch_only": Law("pitch only", {"color": "#E69F00", "linestyle": "--"}, _soft_min, _check_index_window),
     "level": Law("level", {"color": "#333333", "linestyle": ":"}, _soft_min),
-    "planned": Law("planned", {"color": "#000000", "linestyle": "-."}, _planned, check_plannable, needs_plan=True),
+    "planned": Law("planned", {"color": "#000000", "linestyle": "-."}, _planned, _check_plannable, needs_plan=True),
 }
 """Law by name. A test holds its names equal to the choices of `attitude_law.name`."""
 

@@ -108,5 +108,5 @@ class UavPath(PreviewSource):
         Args:
           path: a mission, whose file is read now where it names one; or a motion; or a Drake trajectory of positions.
         """
-        motion = uav_path(path) if isinstance(path, Mission) else as_motion(path)
-        super().__init__(motion.position, mpc.period, mpc.horizon, "position_reference", "position_preview")
+        self.motion = uav_path(path) if isinstance(path, Mission) else as_motion(path)
+        super().__init__(self.motion.position, mpc.period, mpc.horizon, "position_reference", "position_preview")

@@ -92,8 +92,8 @@ class ShipTrajectory(LeafSystem):
           track: a mission, whose file is read now where it names one; or a motion; or a Drake trajectory of positions.
         """
         LeafSystem.__init__(self)
-        self.track = ship_track(track) if isinstance(track, Mission) else as_motion(track)
+        self.motion = ship_track(track) if isinstance(track, Mission) else as_motion(track)
         self.DeclareVectorOutputPort("ship_position", 3, self._calc_ship_position, {self.time_ticket()})
 
     def _calc_ship_position(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self.track.position(np.array(context.get_time())))
+        output.SetFromVector(self.motion.position(np.array(context.get_time())))

@@ -1,35 +1,27 @@
 """A drawing opened by its user: blocks of one's own by role, wired by name, and what is refused."""
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from pydrake.systems.framework import DiagramBuilder, LeafSystem
-from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import LogVectorOutput
 
-from a2s_drake import MpcController, Scenario, ScenarioError, TwoRayChannel, WiringError, hover_input, run_flight
+from a2s_drake import (
+    MpcController,
+    Scenario,
+    ScenarioError,
+    TwoRayChannel,
+    WiringError,
+    hover_input,
+    run_flight,
+)
 from a2s_drake.common.wiring import find_block, own_blocks
 from diagrams import Blocks, build_closed_loop, build_link_only, load_scenario
+from tests.support.blocks import Block, level
 
 SHORT = ["simulation.duration=0.1"]
-
-
-class Block(LeafSystem):
-    """A block of a user's own: its outputs are constant, or functions of its inputs side by side."""
-
-    def __init__(self, inputs: dict[str, int], outputs: dict[str, Callable[[np.ndarray], np.ndarray] | np.ndarray]):
-        LeafSystem.__init__(self)
-        ports = [self.DeclareVectorInputPort(name, size) for name, size in inputs.items()]
-        for name, value in outputs.items():
-            calc = value if callable(value) else lambda _, value=value: value
-            width = len(calc(np.zeros(sum(inputs.values()))))
-
-            def serve(context, output, calc=calc) -> None:
-                output.SetFromVector(calc(np.concatenate([np.zeros(0), *(port.Eval(context) for port in ports)])))
-
-            self.DeclareVectorOutputPort(name, width, serve)
 
 
 @pytest.fixture
@@ -174,34 +166,6 @@ def test_a_law_that_moves_the_position_is_what_the_controller_follows(short: Sce
     np.testing.assert_array_equal(dut.GetOutputPort("position_command").Eval(context), moved[:3])
 
 
-ROLES = {
-    "path": ("uav_path", "position_reference, which must have size 3"),
-    "ship": ("ship", "ship_position"),
-    "ship_motion": ("ship_motion", "ship_antenna_position"),
-    "channel": ("channel", "channel_gain"),
-    "navigation": ("navigation_sensor", "measured_state, which must have size 12"),
-    "ship_report": ("ship_report", "ship_preview, which must have size 93"),
-    "receiver": ("snr_receiver", "snr_measurement, which must have size 2"),
-    "law": ("attitude_reference", "attitude_preview, which must have size 93"),
-    "controller": ("mpc", "rotor_speed_squared, which must have size 6"),
-    "airframe": ("airframe", "vehicle_state, which must have size 12"),
-}
-
-
-@pytest.mark.parametrize("role", ROLES)
-def test_a_block_without_the_ports_of_its_role_is_refused(role: str, short: Scenario) -> None:
-    name, missing = ROLES[role]
-    blocks = Blocks(**{role: lambda _: ConstantVectorSource([0.0])})
-    with pytest.raises(WiringError, match=rf"^{name} \(ConstantVectorSource\): .*no output {missing}"):
-        build_closed_loop(short, blocks=blocks)
-
-
-def test_an_input_of_another_size_is_refused_with_both_sizes(short: Scenario) -> None:
-    blocks = Blocks(controller=lambda _: Block({"measured_state": 6}, {"rotor_speed_squared": np.zeros(6)}))
-    with pytest.raises(WiringError, match=r"input measured_state has size 6, must have 12"):
-        build_closed_loop(short, blocks=blocks)
-
-
 def test_prebuild_opens_the_drawing(short: Scenario) -> None:
     loggers = []
 
@@ -270,3 +234,34 @@ def test_an_own_planner_comes_in_a_controller(short: Scenario) -> None:
     )
     flight, ours = run_flight(dut, short), run_flight(build_closed_loop(short), short)
     np.testing.assert_array_equal(flight.rotor_speed, ours.rotor_speed)
+
+
+def test_an_own_path_with_inputs_starts_where_the_scenarios_path_does(short: Scenario) -> None:
+    short = short.with_value("mission.start", [1.0, 2.0, 0.0])
+    here = {
+        "position_reference": lambda state: state[:3],
+        "position_preview": lambda state: np.tile(state[:3], 31),
+    }
+    dut = build_closed_loop(short, blocks=Blocks(path=lambda _: Block({"vehicle_state": 12}, here)))
+    state = dut.GetOutputPort("vehicle_state").Eval(dut.CreateDefaultContext())
+    np.testing.assert_allclose(state[:3], [1.0, 2.0, 0.0])
+
+
+def test_whatever_opens_a_drawing_makes_it_the_users_own(short: Scenario) -> None:
+    def mine(_: DiagramBuilder) -> None:
+        pass
+
+    assert own_blocks(build_closed_loop(short, prebuild=mine)) == {"prebuild": "mine"}
+    builder = DiagramBuilder()
+    inner = builder.AddSystem(build_link_only(short, blocks=Blocks(law=level)))
+    builder.ExportOutput(inner.GetOutputPort("snr_db"), "snr_db")
+    outer = builder.Build()
+    outer.set_name("outer")
+    assert own_blocks(outer) == {"law": "Block", "diagram": "outer"}
+
+
+def test_the_uav_measures_itself_on_its_command_in_ideal_tracking(short: Scenario) -> None:
+    biased = short.with_value("knowledge.position_bias", [0.3, 0.0, 0.0])
+    flight = run_flight(build_link_only(biased), biased)
+    np.testing.assert_allclose(flight.measured_state[:, :3], flight.position_reference, atol=1e-12)
+    np.testing.assert_allclose(flight.position - flight.measured_state[:, :3], np.tile([0.3, 0.0, 0.0], (6, 1)))

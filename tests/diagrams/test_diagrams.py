@@ -57,7 +57,7 @@ def test_closed_loop_exports_what_a_script_logs(scenario: Scenario) -> None:
 
 
 def test_link_only_exports_the_same_but_for_rotors_and_solver(scenario: Scenario) -> None:
-    assert vector_ports(build_link_only(scenario)) == LOGGED
+    assert vector_ports(build_link_only(scenario)) == LOGGED | {"measured_state": 12}
 
 
 def test_airframe_only_opens_its_rotors(scenario: Scenario) -> None:
@@ -90,7 +90,7 @@ class Tilted(LeafSystem):
         for name in ("position_preview", "ship_preview"):
             self.DeclareVectorInputPort(name, size)
         for name in outputs:
-            width = size if name == "attitude_preview" else 3
+            width = size if name.endswith("_preview") else 3
             self.DeclareVectorOutputPort(
                 name, width, lambda _, out: out.SetFromVector(np.tile([0.0, 0.1, 0.0], out.size() // 3))
             )

@@ -118,7 +118,7 @@ def sabotaged_loop(scenario: Scenario, time: float, action) -> Diagram:
         wiring = NamedWiring(builder)
         wiring.add("mpc", MpcController(scenario.airframe, scenario.mpc))
         port = "rotor_speed_squared"
-        wiring.add("saboteur", Saboteur(time, action), {"command": port, "sabotaged": port})
+        wiring.add("saboteur", Saboteur(time, action), {"command": port}, {"sabotaged": port})
         wiring.export()
         return build_wired(builder, "sabotaged")
 

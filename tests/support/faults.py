@@ -50,7 +50,7 @@ def faulty_loop(
             name = port.get_name()
             if name in changes:
                 block = Tamper(port.size(), changes[name], start, end)
-                wiring.add(f"tamper_{name}", block, {"genuine": name, "tampered": name})
+                wiring.add(f"tamper_{name}", block, {"genuine": name}, {"tampered": name})
 
         for i in range(mpc.num_input_ports()):
             tamper(mpc.get_input_port(i))
