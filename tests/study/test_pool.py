@@ -37,6 +37,11 @@ def test_an_error_in_one_flight_ends_the_campaign() -> None:
         list(fly_each(SCENARIOS, fail, workers))
 
 
+def members_of(group: int) -> list[str]:
+    """The processes of a process group."""
+    return subprocess.run(["pgrep", "-g", str(group)], capture_output=True, text=True, check=False).stdout.split()
+
+
 @pytest.mark.parametrize("group", [False, True])
 def test_an_interrupt_ends_the_comparison_at_once_and_keeps_what_was_done(group: bool, tmp_path: Path) -> None:
     # As from a terminal, where the whole process group hears it, and as from `kill`, where one process does.
@@ -44,7 +49,10 @@ def test_an_interrupt_ends_the_comparison_at_once_and_keeps_what_was_done(group:
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
-    time.sleep(6.0)
+    while len(members_of(process.pid)) < 3:  # itself and two workers
+        assert process.poll() is None
+        time.sleep(0.1)
+    time.sleep(4.0)
     assert process.poll() is None
     if group:
         os.killpg(process.pid, signal.SIGINT)
