@@ -11,6 +11,7 @@ import pytest
 from a2s_drake import Flight, FlightEnded, Scenario
 from a2s_drake.study.pool import fly_each
 from tests.support.flights import made_up_flight
+from tests.support.processes import children, wait_until
 
 SCENARIOS = {law: Scenario().with_value("attitude_law.name", law) for law in ("three_axis", "pitch_only", "level")}
 
@@ -37,11 +38,6 @@ def test_an_error_in_one_flight_ends_the_campaign() -> None:
         list(fly_each(SCENARIOS, fail, workers))
 
 
-def members_of(group: int) -> list[str]:
-    """The processes of a process group."""
-    return subprocess.run(["pgrep", "-g", str(group)], capture_output=True, text=True, check=False).stdout.split()
-
-
 @pytest.mark.parametrize("group", [False, True])
 def test_an_interrupt_ends_the_comparison_at_once_and_keeps_what_was_done(group: bool, tmp_path: Path) -> None:
     # As from a terminal, where the whole process group hears it, and as from `kill`, where one process does.
@@ -49,9 +45,7 @@ def test_an_interrupt_ends_the_comparison_at_once_and_keeps_what_was_done(group:
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
-    while len(members_of(process.pid)) < 3:  # itself and two workers
-        assert process.poll() is None
-        time.sleep(0.1)
+    wait_until(lambda: len(children(process.pid)) >= 2)  # its workers
     time.sleep(4.0)
     assert process.poll() is None
     if group:
