@@ -22,8 +22,8 @@ from a2s_drake.scenario.parts import AttitudeLaw, Link
 # radian of roll would then move the phase by a billionth of a radian; rounding of k itself is five orders smaller.
 MIN_PHASE_SENSITIVITY = 1e-9
 
-# What `attitude_reference` knows: the axes that each law turns about, and the fallbacks. These lists are its own, so that
-# a name that only the scenario or the registry knows is refused here and never flown as another law.
+# What `attitude_reference` knows: the axes that each law turns about, and the fallbacks. These lists are its own, so
+# that a name that only the scenario or the registry knows is refused here and never flown as another law.
 _AXES = {"three_axis": (1.0, 1.0, 1.0), "pitch_only": (0.0, 1.0, 0.0), "level": (0.0, 0.0, 0.0)}
 _FALLBACKS = ("nearest", "zero", "index_zero")
 
