@@ -15,11 +15,17 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from a2s_drake.common.arrays import Array
 from a2s_drake.common.rotations import skew
 from a2s_drake.link.two_ray import path_lengths, phase_difference, ship_antenna_and_image
+from a2s_drake.scenario.checks import refuse
 from a2s_drake.scenario.parts import AttitudeLaw, Link
 
 # Below this norm of k, rad of phase per rad of attitude, attitude cannot steer the phase and the law stays level. One
 # radian of roll would then move the phase by a billionth of a radian; rounding of k itself is five orders smaller.
 MIN_PHASE_SENSITIVITY = 1e-9
+
+# What `attitude_reference` knows: the axes that each law turns about, and the fallbacks. These lists are its own, so
+# that a name that only the scenario or the registry knows is refused here and never flown as another law.
+_AXES = {"three_axis": (1.0, 1.0, 1.0), "pitch_only": (0.0, 1.0, 0.0), "level": (0.0, 0.0, 0.0)}
+_FALLBACKS = ("nearest", "zero", "index_zero")
 
 
 def _values(array: Array) -> Array:
@@ -105,21 +111,29 @@ def attitude_reference(position: Array, ship: Array, link: Link, law: AttitudeLa
     Returns:
       roll, pitch, yaw, rad, shape (..., 3).
     Raises:
-      ValueError: for the law `planned`, which follows from time alone; see `a2s_drake.guidance.plan.plan`.
+      ScenarioError: for a law or a fallback that is not among these, such as the law `planned`, which follows from time
+        alone; see `a2s_drake.guidance.plan.plan`.
     """
-    if law.name == "planned":
-        raise ValueError("attitude_law.name = 'planned': a plan depends on time; see a2s_drake.guidance.plan.plan")
+    _check(law)
     shape = np.broadcast_shapes(position.shape, ship.shape)
     if law.name == "level":
         return np.zeros(shape)
     phase, k = affine_phase(position.reshape(-1, 3), ship.reshape(-1, 3), link)
-    if law.name == "pitch_only":
-        k = k * np.array([0.0, 1.0, 0.0])
+    k = k * np.array(_AXES[law.name])
     steerable = (_values(k) ** 2).sum(axis=-1) >= MIN_PHASE_SENSITIVITY**2
     eta = np.full(k.shape, 0.0, dtype=k.dtype)
     if steerable.any():
         eta[steerable] = _steered(phase[steerable], k[steerable], law, attitude_limit)
     return eta.reshape(shape)
+
+
+def _check(law: AttitudeLaw) -> None:
+    """Raises ScenarioError unless `attitude_reference` knows the law's name and its fallback."""
+    if law.name == "planned":
+        raise refuse("attitude_law.name", law.name, "a plan depends on time; see a2s_drake.guidance.plan.plan")
+    for field, value, known in (("name", law.name, _AXES), ("fallback", law.fallback, _FALLBACKS)):
+        if value not in known:
+            raise refuse(f"attitude_law.{field}", value, f"must be one of {', '.join(known)}")
 
 
 def _steered(phase: Array, k: Array, law: AttitudeLaw, attitude_limit: float) -> Array:
@@ -182,6 +196,7 @@ def AttitudeReference_(T: Any) -> Any:  # noqa: N802 - Drake's way to name a tem
             self, link: Link, law: AttitudeLaw, attitude_limit: float, horizon: int, converter: Any = None
         ) -> None:
             LeafSystem_[T].__init__(self, converter=converter)
+            _check(law)
             self._link, self._law, self._attitude_limit, self._horizon = link, law, attitude_limit, horizon
             size = 3 * (horizon + 1)
             self._position_preview = self.DeclareVectorInputPort("position_preview", size)

@@ -116,8 +116,12 @@ class GainModel:
 def gain_model(d_los: FloatArray, d_ref: FloatArray, link: Link) -> GainModel:
     """`channel_gain` over `unit_gain` with its first and second derivatives in closed form.
 
-    The square is multiplied out, since that is what its derivatives are taken of:
+    The derivatives are those of the square multiplied out,
     q = 1/d_los^2 + gamma^2/d_ref^2 - 2 gamma cos(dPhi)/(d_los d_ref).
+
+    So the gain is written down twice. The two agree but for rounding, and neither is computed from the other: the
+    rounding of either would change, and a plan would move by about 1e-11. `tests/link/test_gain_model.py` holds values
+    and slopes of both equal.
     """
     gamma, wave = link.reflection_magnitude, 2.0 * np.pi / link.wavelength
     phase = phase_difference(d_los, d_ref, link)

@@ -11,8 +11,13 @@ from a2s_drake.flight.log import Flight
 from a2s_drake.flight.metrics import bounds, gain_percent, position_error, solver_summary, throughput
 from a2s_drake.link.throughput import gain_percent as throughput_gain
 from a2s_drake.scenario.scenario import Scenario
-from a2s_drake.study.ceiling import best_hoverable_attitude, throughput_of
-from a2s_drake.study.ideal_tracking import Geometry, held_gain
+from a2s_drake.study.ideal_tracking import (
+    Geometry,
+    best_measured_attitude,
+    held_gain,
+    held_throughput,
+    measured_attitude,
+)
 from a2s_drake.study.paper.readings import SECOND_AIRFRAME, under_law
 
 # The scenarios that are varied: the first one's weights fly level and the paper's law, the second one's fly the plan.
@@ -168,7 +173,7 @@ def outcome(flights: Mapping[str, Flight], mission: str) -> Outcome:
     flown = {name: flights[flight_name(mission, name)] for name in _FLIGHTS}
     level, planned = flown["level"], flown["planned"]
     plan = planned.attitude_reference
-    on_path = {name: _held(flight, flight.attitude) for name, flight in flown.items()}
+    on_path = {name: _held(flight, measured_attitude(flight)) for name, flight in flown.items()}
     return Outcome(
         level_throughput=throughput(level),
         flown_gain={name: gain_percent(flown[name], level) for name in _FLIGHTS[1:]},
@@ -183,19 +188,14 @@ def outcome(flights: Mapping[str, Flight], mission: str) -> Outcome:
 
 
 def _held(flight: Flight, eta: FloatArray) -> float:
-    """Throughput of an attitude (n, 3) held exactly on a flight's reference path, bit/Hz."""
-    scenario = flight.scenario
-    return throughput_of(flight.position_reference, eta, flight.ship_position, scenario.link, scenario.mpc.period)
+    """Throughput of a measured attitude (n, 3) held exactly on a flight's reference path, bit/Hz."""
+    return held_throughput(flight.scenario, Geometry.of_flight(flight), eta)
 
 
 def _hover_gain(flight: Flight) -> float:
-    scenario = flight.scenario
-    every = (flight.time, flight.position_reference, flight.ship_position)
-    geometry = Geometry(*(values[::_CEILING_STRIDE] for values in every))
-    best = best_hoverable_attitude(
-        geometry.position, geometry.ship, scenario.link, scenario.mpc.attitude_limit, scenario.airframe
-    )
-    return held_gain(scenario, geometry, best)
+    geometry = Geometry.of_flight(flight).every(_CEILING_STRIDE)
+    best = best_measured_attitude(flight.scenario, geometry, hoverable=True)
+    return held_gain(flight.scenario, geometry, best)
 
 
 def missions_table(names: Sequence[str]) -> str:

@@ -200,3 +200,25 @@ def test_snippets_run(page: str, capsys, tmp_path: Path, monkeypatch) -> None:
     for snippet in snippets:
         exec(compile(snippet, page, "exec"), names)
     assert capsys.readouterr().out
+
+
+def snippets_under(heading: str) -> list[str]:
+    """The Python snippets of `docs/blocks.md` between the heading of an id and the next one."""
+    page = (ROOT / "docs" / "blocks.md").read_text(encoding="utf-8")
+    section = page.partition(f"{{ #{heading} }}\n")[2].partition("\n#")[0]
+    return re.findall(r"^```python\n(.*?)^```$", section, re.MULTILINE | re.DOTALL)
+
+
+ROLE_EXAMPLES = {"channel": 1, "controller": 1, "path": 2, "sensor": 1, "observer": 1, "log": 1}
+
+
+@pytest.mark.parametrize(
+    ("heading", "place"), [(heading, place) for heading, count in ROLE_EXAMPLES.items() for place in range(count)]
+)
+def test_an_example_of_a_role_is_a_short_file_of_its_own(heading: str, place: int) -> None:
+    (start,), examples = snippets_under("own"), snippets_under(heading)
+    assert len(examples) == ROLE_EXAMPLES[heading]
+    lines = [[line for line in part.splitlines() if line.strip()] for part in (start, examples[place])]
+    assert len(lines[0]) == 5
+    assert sum(map(len, lines)) <= 25
+    exec(compile(start + examples[place], f"blocks.md, {heading}", "exec"), {"__name__": "__main__"})

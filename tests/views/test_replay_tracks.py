@@ -66,3 +66,10 @@ def test_given_courses_win_over_the_scenarios(tmp_path: Path) -> None:
     before = gauge_scale(near)
     (tmp_path / "ship.csv").unlink()
     assert gauge_scale(near, courses) == before
+
+
+def test_the_view_aims_at_the_mast_as_it_truly_is() -> None:
+    believed = Scenario().with_overrides(["link.ship_antenna_height=8", "knowledge.ship_antenna_height_error=5"])
+    truly = Scenario().with_value("link.ship_antenna_height", 13.0)
+    np.testing.assert_allclose(view_frame(believed).matrix(), view_frame(truly).matrix(), atol=1e-12)
+    assert not np.allclose(view_frame(believed).matrix(), view_frame(Scenario()).matrix(), atol=1e-3)

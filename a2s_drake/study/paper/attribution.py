@@ -14,8 +14,15 @@ from a2s_drake.flight.metrics import gain_percent
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.parts import Airframe
 from a2s_drake.scenario.scenario import Scenario
-from a2s_drake.study.ceiling import best_attitude, best_hoverable_attitude, is_hoverable
-from a2s_drake.study.ideal_tracking import Geometry, held_gain, law_attitude, without_candidate
+from a2s_drake.study.ceiling import is_hoverable
+from a2s_drake.study.ideal_tracking import (
+    Geometry,
+    best_measured_attitude,
+    held_gain,
+    law_attitude,
+    measured_attitude,
+    without_candidate,
+)
 
 # An attitude that the vehicle cannot rest at is turned back towards level in steps of this share.
 _SHARES = np.linspace(1.0, 0.0, 201)
@@ -74,7 +81,7 @@ def attribution(flights: Mapping[str, Flight], unbounded: AttitudeSpline) -> lis
     """
     flight = flights["level"]
     geometry = Geometry.of_flight(flight)
-    best = best_attitude(geometry.position, geometry.ship, flight.scenario.link, flight.scenario.mpc.attitude_limit)
+    best = best_measured_attitude(flight.scenario, geometry)
     return [*_of_the_papers_law(flights, best), *_of_the_plan(flights, best, unbounded)]
 
 
@@ -91,7 +98,7 @@ def _of_the_papers_law(flights: Mapping[str, Flight], best: FloatArray) -> list[
         ("fallback", f"the law's, with the fallback {scenario.attitude_law.fallback}", law),
         ("rate", "the same, each Euler angle no faster than the bound on angular velocity", reachable),
         ("rotors", "the same, turned back where the vehicle could not hover", restful),
-        ("tracking", "as flown", flight.attitude),
+        ("tracking", "as flown", measured_attitude(flight)),
     ]
     return _steps("three_axis", scenario, geometry, attitudes, gain_percent(flight, flights["level"]))
 
@@ -99,15 +106,13 @@ def _of_the_papers_law(flights: Mapping[str, Flight], best: FloatArray) -> list[
 def _of_the_plan(flights: Mapping[str, Flight], best: FloatArray, unbounded: AttitudeSpline) -> list[Step]:
     flight = flights["planned"]
     scenario, geometry = flight.scenario, Geometry.of_flight(flight)
-    hover = best_hoverable_attitude(
-        geometry.position, geometry.ship, scenario.link, scenario.mpc.attitude_limit, scenario.airframe
-    )
+    hover = best_measured_attitude(scenario, geometry, hoverable=True)
     attitudes = [
         ("", BEST_IN_BOX, best),
         ("rotors at rest", "the best at which the vehicle could hover", hover),
         ("rotors in motion", "a plan from level without a bound on angular velocity", unbounded.eta(geometry.time)),
         ("rate", "the plan", flight.attitude_reference),
-        ("tracking", "as flown", flight.attitude),
+        ("tracking", "as flown", measured_attitude(flight)),
     ]
     return _steps("planned", scenario, geometry, attitudes, gain_percent(flight, flights["level"]))
 

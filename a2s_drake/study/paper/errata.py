@@ -53,7 +53,8 @@ def _sign(scenario: Scenario, geometry: Geometry, mended: float) -> Erratum:
 
 
 def _heights(scenario: Scenario, geometry: Geometry, mended: float) -> Erratum:
-    afloat = replace(geometry, ship=geometry.ship * np.array([1.0, 1.0, 0.0]))
+    at_zero = np.array([1.0, 1.0, 0.0])
+    afloat = replace(geometry, ship=geometry.ship * at_zero, believed_ship=geometry.believed_ship * at_zero)
     attitude = law_attitude(scenario, afloat, "three_axis", "nearest")
     return Erratum(
         "section II-B",
@@ -74,7 +75,7 @@ def _needed_box_deg(phase: FloatArray, k: FloatArray) -> float:
 
 
 def _empty_set(scenario: Scenario, geometry: Geometry) -> Erratum:
-    phase, k = affine_phase(geometry.position, geometry.ship, scenario.link)
+    phase, k = affine_phase(geometry.position, geometry.believed_ship, scenario.link)
     pitch = k * np.array([0.0, 1.0, 0.0])
     return Erratum(
         "section III-C",
@@ -89,7 +90,7 @@ def _empty_set(scenario: Scenario, geometry: Geometry) -> Erratum:
 
 
 def _projection(scenario: Scenario, geometry: Geometry) -> Erratum:
-    phase, k = affine_phase(geometry.position, geometry.ship, scenario.link)
+    phase, k = affine_phase(geometry.position, geometry.believed_ship, scenario.link)
     farthest = float((np.abs(fringe_offsets(phase, np.array([0]))[:, 0]) / np.linalg.norm(k, axis=1)).max())
     gains = [
         (f"{label}, {words}", held_gain(scenario, geometry, law_attitude(scenario, geometry, law, fallback)), "%")

@@ -43,7 +43,7 @@ RAY_WIDTH = 1.5e-3  # radius over distance from the eye
 def view_frame(scenario: Scenario, courses: Courses | None = None) -> RotationMatrix:
     """R_WD of the frame that the view stands in: x to the middle of the ship's mast at mid-mission, y level, z up."""
     half = np.array(0.5 * scenario.mission.duration)
-    mast = np.array([0.0, 0.0, 0.5 * scenario.link.ship_antenna_height])
+    mast = np.array([0.0, 0.0, 0.5 * scenario.true_link().ship_antenna_height])
     position, ship = (courses or Courses.of(scenario)).positions(half)
     ahead = ship + mast - position
     across = np.cross([0.0, 0.0, 1.0], ahead)
