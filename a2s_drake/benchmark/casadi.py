@@ -70,7 +70,7 @@ def require_casadi() -> Any:
     Raises:
       ModuleNotFoundError: that says what to install.
     """
-    return require("casadi", "peers need the package casadi: pip install 'a2s_drake[bench]'")
+    return require("casadi", "CasADi's solvers need the package casadi: pip install 'a2s_drake[bench]'")
 
 
 class CasadiQp:

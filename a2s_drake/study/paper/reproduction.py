@@ -107,12 +107,12 @@ def ceiling_rows(scenario: Scenario, held: IdealTracking, by_law: Mapping[str, F
     rows = [("best in the attitude box", "ceiling", "", held.ceiling_percent.box)]
     rows.append(("best statically hoverable", "ceiling", "", held.ceiling_percent.hoverable))
     for law, gains in held.gain_percent.items():
-        rows.append((f"ideally tracked, {fallback}", "ideal", law, gains[fallback]))
+        rows.append((f"ideally tracked, {fallback}", "held", law, gains[fallback]))
         rows += [(f"ideally tracked, {name}", "other", law, gain) for name, gain in gains.items() if name != fallback]
     if by_law is not None and "planned" in by_law:
         plan = by_law["planned"]
         exactly = held_gain(scenario, Geometry.of_flight(plan), plan.attitude_reference)
-        rows.append(("ideally tracked", "ideal", "planned", exactly))
+        rows.append(("ideally tracked", "held", "planned", exactly))
         rows.append(("flown", "flown", "planned", gain_percent(plan, by_law["level"])))
     if by_law is not None:
         flown = _gains(by_law)
@@ -175,7 +175,7 @@ def collect_results(
     return Results(
         paper_gain_percent=PaperGains(**{f"over_{baseline}": gain for (_, baseline), gain in PAPER_GAINS.items()}),
         headline=headline,
-        ideal=held,
+        ideal_tracking=held,
         ceilings={base: ceiling_rows(bases[base], held[base], flown.get(base)) for base in bases},
         errata=errata(bases[PRINTED]),
         versions=metrics["level"]["versions"],
