@@ -64,9 +64,10 @@ def _ports(block: System) -> tuple[list[InputPort], list[OutputPort]]:
 class NamedWiring:
     """Wires the blocks of a diagram by the names of their ports.
 
-    An input is connected to the output of its name, of the nearest block added before; where there is none, of one
-    added later; and where there is none at all, it becomes an input of the diagram. So a block that is added between
-    two others and has an output of the same name as the first takes its place for all that come after.
+    An input is connected to the output of the same name. Where several blocks have one, the block added last before the
+    input's own block is taken. Where none was added before, one that is added later is taken. Where there is none at
+    all, the input becomes an input of the diagram. So a block that is added between two others, with an output of the
+    same name as the first, takes the place of the first for all blocks that come after.
     """
 
     def __init__(self, builder: DiagramBuilder) -> None:

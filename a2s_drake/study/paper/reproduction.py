@@ -34,15 +34,16 @@ HEADLINE, PRINTED = "paper_calibrated", "paper"
 
 
 def flight_name(base: str, law: str, question: str = "", answer: str = "") -> str:
-    """What a flight of a campaign goes by."""
+    """The name of a flight in the report: the base scenario, the reading if one is varied, and the law."""
     return " / ".join(filter(None, (base, question, answer, law)))
 
 
 def report_scenarios(bases: Mapping[str, Scenario], *, quick: bool = False) -> dict[str, Scenario]:
-    """Every flight of the report by name, validated; with `quick` those alone that the headline of the paper needs.
+    """Every flight of the report by name, validated.
 
     Args:
       bases: the scenarios named HEADLINE and PRINTED.
+      quick: gives only the flights that the headline of the paper needs.
     """
     flights = {flight_name(HEADLINE, law): under_law(bases[HEADLINE], law) for law in PAPER_LAWS}
     if not quick:
