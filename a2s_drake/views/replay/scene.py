@@ -68,7 +68,7 @@ def ray_pose(start: FloatArray, end: FloatArray) -> tuple[RigidTransform, float]
 
 
 class Scene:
-    """Vehicle, ship, sea, both rays, the paths and the SNR gauge, to scale but for what follows.
+    """Vehicle, ship, sea, both rays, the paths and the SNR gauge, almost all of it to scale.
 
     Everything stands at its true place in the world frame W and in its true size, with three exceptions. The names in
     the scene's tree tell of them. The rays are drawn wider with distance from the eye, so that they can be followed to
