@@ -17,7 +17,17 @@ if TYPE_CHECKING:  # What a type checker and an editor see; at run time each nam
     from a2s_drake.guidance.soft_min import AttitudeReference, AttitudeReference_, attitude_reference
     from a2s_drake.link.two_ray import TwoRayChannel, TwoRayChannel_
     from a2s_drake.scenario.checks import ScenarioError
-    from a2s_drake.scenario.parts import Airframe, AttitudeLaw, Disturbance, Link, Mission, Mpc, Simulation
+    from a2s_drake.scenario.parts import (
+        Airframe,
+        AttitudeLaw,
+        Disturbance,
+        Knowledge,
+        Link,
+        Mission,
+        Mpc,
+        Planning,
+        Simulation,
+    )
     from a2s_drake.scenario.scenario import Scenario
     from a2s_drake.solvers.piqp import PiqpSolver
     from a2s_drake.vehicle.airframe import add_airframe, hover_input, rotor_table, wrench_map
@@ -27,7 +37,17 @@ if TYPE_CHECKING:  # What a type checker and an editor see; at run time each nam
 _MODULES = {
     "scenario.scenario": ("Scenario",),
     "scenario.checks": ("ScenarioError",),
-    "scenario.parts": ("Airframe", "AttitudeLaw", "Link", "Mission", "Mpc", "Disturbance", "Simulation"),
+    "scenario.parts": (
+        "Airframe",
+        "AttitudeLaw",
+        "Link",
+        "Mission",
+        "Mpc",
+        "Planning",
+        "Disturbance",
+        "Knowledge",
+        "Simulation",
+    ),
     "world.ship": ("ShipTrajectory",),
     "guidance.path": ("UavPath",),
     "guidance.soft_min": ("AttitudeReference", "AttitudeReference_", "attitude_reference"),
@@ -54,7 +74,9 @@ __all__ = [
     "Link",
     "Mission",
     "Mpc",
+    "Planning",
     "Disturbance",
+    "Knowledge",
     "Simulation",
     "ShipTrajectory",
     "UavPath",

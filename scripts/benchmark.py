@@ -23,8 +23,8 @@ def main(argv: list[str] | None = None) -> int:
     parser = common.Parser(description=__doc__)
     common.add_scenario_arguments(parser, default="paper_calibrated", out="results/benchmark")
     parser.add_argument("--json", type=common.place, metavar="FILE", help="write the numbers there as well")
-    parser.add_argument("--no-peers", action="store_true", help="leave out other solvers, even where casadi is there")
-    parser.add_argument("--peers-every", type=int, default=20, metavar="K", help="peers solve every K-th problem (20)")
+    parser.add_argument("--no-peers", action="store_true", help="leave out CasADi's solvers, even where it is there")
+    parser.add_argument("--peers-every", type=int, default=20, metavar="K", help="they solve every K-th problem (20)")
     try:
         arguments = parser.parse_args(argv)
         folder = arguments.out or Path("results/benchmark")
@@ -44,7 +44,7 @@ def main(argv: list[str] | None = None) -> int:
         return fail(ended, f"{reason(ended)}{samples}")
     print(benchmark_text(summary))
     if not casadi_every and not arguments.no_peers:
-        print("\npeers need the package casadi: pip install 'a2s_drake[bench]'")
+        print("\nCasADi's solvers need the package casadi: pip install 'a2s_drake[bench]'")
     save_figure(growth_figure(summary.growth), folder / "growth")
     if arguments.json is not None:
         with written_whole(arguments.json) as part:

@@ -40,8 +40,8 @@ class Parser(argparse.ArgumentParser):
 def run(main: Callable[[], int]) -> NoReturn:
     """Ends the process with a script's exit code.
 
-    That is 130 after Ctrl-C and 143 after SIGTERM, whether or not the script handles them itself; and 1 where its work
-    is done but what it prints cannot be written, unless only the reader has left.
+    The code is 130 after Ctrl-C and 143 after SIGTERM, whether or not the script handles them itself. It is 1 where the
+    work is done but what the script prints cannot be written, unless only the reader has left.
     """
     show_warnings()
     interruption = ending.Interruption()

@@ -1,4 +1,4 @@
-"""Flies a scenario under each disturbance that the controller knows nothing of, and prints the table."""
+"""Flies a scenario under each disturbance that the controller is not told of, and prints the table."""
 
 if __name__ == "__main__":
     import scripts.startup  # first, as the imports below take long

@@ -70,7 +70,7 @@ def require_casadi() -> Any:
     Raises:
       ModuleNotFoundError: that says what to install.
     """
-    return require("casadi", "peers need the package casadi: pip install 'a2s_drake[bench]'")
+    return require("casadi", "CasADi's solvers need the package casadi: pip install 'a2s_drake[bench]'")
 
 
 class CasadiQp:
@@ -79,8 +79,8 @@ class CasadiQp:
     Arguments and results stand in CasADi's buffers, so a call costs little beyond the solver itself. HPIPM and OSQP
     start from scratch each time; qpOASES goes on from the active set of its last call.
 
-    HPIPM wants the stages of an optimal control problem and has no place for rows that pin x_0, so there x_0 is put
-    into the first stage as the number it is. The others get the QP as it stands.
+    HPIPM expects the stages of an optimal control problem, and has no place for rows that fix x_0. For HPIPM the number
+    x_0 is therefore put into the first stage. The other solvers get the QP unchanged.
     """
 
     def __init__(self, name: str, form: QuadraticForm, horizon: int, tolerance: float = 1e-5) -> None:

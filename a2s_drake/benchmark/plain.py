@@ -21,8 +21,9 @@ _SOLVED = 1
 class PlainOsqp:
     """Drake's OSQP on one dense dynamics constraint a stage, and a quadratic cost per state and per input.
 
-    Sound, not naive: the program is built once and its numbers updated, OSQP starts from the guess, inputs are scaled,
-    linearisation is batched over the horizon, and Drake is spared finding out that the costs are convex.
+    This is a fair comparison, not a naive one. The program is built once and its numbers are updated. OSQP starts from
+    the guess, and inputs are scaled. Linearisation is batched over the horizon, and Drake is told that the costs are
+    convex.
     """
 
     def __init__(self, model: RigidBodyModel, airframe: Airframe, mpc: Mpc) -> None:

@@ -55,7 +55,7 @@ def _casadi(summary: Summary) -> str:
     if not summary.casadi:
         return ""
     header = [
-        "peers on the same problems",
+        "CasADi on the same problems",
         "number",
         "median",
         "max",
@@ -73,7 +73,7 @@ def _casadi(summary: Summary) -> str:
         ending = [counted, _percent(other.deviation_percent), str(other.failures)]
         rows.append([label, str(other.problems), *times, ours, f"{other.ratio:.2f}", *ending])
     notes = [
-        "ratio: the peer's median over ours. QP solve: from a program with its numbers updated to the solution, so all",
+        "ratio: CasADi's median over ours. QP solve: from a program with its numbers updated to the solution, so all",
         "include reading the program; the linearisation before it is the same. IPOPT is set against a whole step: it",
         "solves the nonlinear program, where a step solves one QP; its deviation is what one iteration leaves.",
         "qpOASES starts from its last active set, and so gets four runs of five samples in a row.",

@@ -22,7 +22,7 @@ from a2s_drake.scenario.scenario import Scenario
 _MOST_BY_IPOPT = 40
 
 # qpOASES takes a hundred times as long as the others. It goes on from the active set of its last problem, so it gets
-# problems as from a controller, one after the other; on ones far apart it takes five times as long again.
+# problems that follow each other, as from a controller. On problems far apart it takes five times as long again.
 _RUNS_BY_QPOASES, _RUN_BY_QPOASES = 4, 5
 
 

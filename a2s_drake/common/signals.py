@@ -11,7 +11,8 @@ from a2s_drake.common.arrays import Array, FloatArray
 NUM_STATES = 12
 NUM_INPUTS = 6
 
-# Where the parts of the vehicle's state stand in it. `State` is easier to read; these index Jacobians and weights too.
+# The entries of the vehicle's state that each part takes up. To read a state, `State` is easier; these slices index the
+# rows of Jacobians and weights as well.
 POSITION, ATTITUDE, VELOCITY, ANGULAR_VELOCITY = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 
 

@@ -9,8 +9,8 @@ from a2s_drake.control.horizon import Plan, Reference
 from a2s_drake.control.ladder import Decision, Planner
 from a2s_drake.scenario.parts import Airframe, Mpc
 
-# What the clock state holds: the time of the last decision, and how many samples in a row the plan was only shifted;
-# at the horizon's length there is nothing left of it.
+# The clock state holds the time of the last decision, and how many samples in a row the plan was only shifted. When
+# that number is the horizon's length, nothing is left of the plan.
 _Clock = namedview("_Clock", ["time", "shifts"])
 _NEVER = -np.inf
 

@@ -18,21 +18,22 @@ from a2s_drake.scenario.parts import Airframe, Mpc
 from a2s_drake.vehicle.airframe import hover_input
 from a2s_drake.vehicle.rigid_body import RigidBodyModel
 
-# States beyond this many times their bounds reach no solver. No plan could help there, and the dynamics overflow over
-# the horizon, which solvers answer with anything from an error message to a crash.
+# States beyond this many times their bounds reach no solver. No plan could help there. The dynamics would overflow over
+# the horizon, and solvers answer that with anything from an error message to a crash.
 _SOLVABLE_SHARE = 100.0
 
-# Targets further away than this many times what the vehicle can cover within the horizon are drawn nearer, and rates
-# beyond this many times their bounds. The way is the same, but their pull would drown the solver's tolerance, and
-# outweigh the penalties of a softened program.
+# Targets further away than this many times what the vehicle can cover within the horizon are drawn nearer. So are rates
+# beyond this many times their bounds. The direction stays the same. Without this their pull would be too large for the
+# solver's tolerance, and would outweigh the penalties of a softened program.
 _REACH = 10.0
 
-# A measured state further than this from the one that the last plan foresaw (m, rad of rotation, m/s, rad/s) surprises:
-# in one period of 20 ms it would take 25 g, or a blow that turns the vehicle by 500 rad/s^2.
+# A measured state is a surprise when it is further than this from the one that the last plan foresaw (m, rad of
+# rotation, m/s, rad/s). To get that far in one period of 20 ms takes 25 g, or a blow that turns the vehicle by
+# 500 rad/s^2.
 _SURPRISE = np.array([1.0, 0.5, 5.0, 10.0])
 
-# A surprise is believed when it is no further than this from where the measurement before it leads in one period. The
-# dynamics betray most lies of a sensor at once: a vehicle truly upside down would fall, one truly turning would turn.
+# A surprise is believed when it is no further than this from where the measurement before it leads in one period. Most
+# faults of a sensor contradict the dynamics at once: a vehicle that is really upside down falls.
 _FOLLOWS = np.array([0.1, 0.1, 0.1, 0.5])
 
 # Euler rates grow without limit towards a pitch of +-90 deg. Closer to it than this, rad, the pitch is taken to be this
@@ -87,8 +88,9 @@ class Planner:
     ) -> Decision:
         """One sample's decision.
 
-        A measured state far from what the previous plan foresaw is taken for a fault of the sensor, and that plan goes
-        on, until it is used up; unless the measurement follows from the one before it, as after a blow to the vehicle.
+        A measured state far from what the previous plan foresaw is taken for a fault of the sensor. The previous plan
+        then goes on until it is used up. The exception is a measurement that follows from the one before it, as after a
+        blow to the vehicle: that one is believed.
 
         Args:
           x0: measured state, shape (12,).

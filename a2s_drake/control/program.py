@@ -1,8 +1,8 @@
 """The MPC's MathematicalProgram: one definition of variables, cost and bounds, with linear or nonlinear dynamics.
 
 A program is built once; each sample updates numbers in its bindings. Inputs are scaled by `INPUT_SCALE` before they
-reach a solver, so that all decision variables are of order one, and variables are created in the order of time, which
-solvers that work stage by stage live on.
+reach a solver, so that all decision variables are of order one. Variables are created in the order of time, because
+some solvers work stage by stage.
 """
 
 from typing import Any
@@ -21,9 +21,9 @@ from a2s_drake.vehicle.rigid_body import STEP_SPARSITY, RigidBodyModel
 INPUT_SCALE = 1.0e4  # Hz^2 per unit of the scaled input.
 
 # Penalty on each bound's violation in a softened program, per unit of the state and per its square, over the 12 states.
-# Each linear term lies above the multipliers of the hard bounds (the largest over all named scenarios and laws is 34),
-# so the penalty is exact: where the hard program has a solution, the softened one has the same. They rank the bounds:
-# no speed, and above all no attitude, is given up for a metre of position.
+# Each linear term lies above the multipliers of the hard bounds; the largest over all named scenarios and laws is 34.
+# So the penalty is exact: where the hard program has a solution, the softened one has the same. The penalties rank the
+# bounds: no speed, and above all no attitude, is given up for a metre of position.
 SOFT_LINEAR = by_part(position=1.0e2, attitude=1.0e5, velocity=1.0e3, angular_velocity=1.0e4)
 SOFT_QUADRATIC = by_part(position=1.0e1, attitude=1.0e5, velocity=1.0e3, angular_velocity=1.0e4)
 
@@ -122,9 +122,12 @@ def _diagonal_cost(weights: FloatArray, slopes: FloatArray | None = None) -> Qua
 class LinearizedProgram(TrackingProgram):
     """The Gauss-Newton QP: dynamics linearised along a given plan.
 
-    All stages stand in one sparse constraint, since each binding costs a call to update and another to read: -x_0 =
-    -x, then [A_r B_r] [x_r, u_r] - x_{r+1} = [A_r B_r] [x, u] - h_d(x, u), with the plan's x and u on the right. (Two
-    equal bounds on x_0 would leave interior-point methods no interior, and cost them half as many iterations again.)
+    All stages stand in one sparse constraint, because each binding costs a call to update and another to read. Its
+    first rows are -x_0 = -x. Then follow [A_r B_r] [x_r, u_r] - x_{r+1} = [A_r B_r] [x, u] - h_d(x, u), with the plan's
+    x and u on the right.
+
+    The first state is set by these rows and not by two equal bounds on x_0. Such bounds would leave interior-point
+    methods no interior, and cost them half as many iterations again.
     """
 
     def __init__(self, model: RigidBodyModel, airframe: Airframe, mpc: Mpc, *, soft: bool = False) -> None:

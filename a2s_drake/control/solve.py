@@ -21,11 +21,11 @@ from a2s_drake.scenario.parts import Airframe, Mpc
 from a2s_drake.solvers.piqp import PiqpSolver, require_piqp
 from a2s_drake.vehicle.rigid_body import RigidBodyModel
 
-# A softened program has kinked costs on every bounded state, and takes this many times more iterations when many bounds
-# are broken at once (the worst of 40 random states up to half beyond all bounds took 8180).
+# A softened program has kinked costs on every bounded state. When many bounds are broken at once, it takes this many
+# times more iterations: the worst of 40 random states, up to half beyond all bounds, took 8180.
 _SOFT_ITERATIONS = 5
 
-# Where PIQP converges it does so in some ten iterations; a limit meant for OSQP's thousands is not its limit.
+# Where PIQP converges, it does so in some ten iterations. The scenario's limit is meant for OSQP's thousands.
 _MAX_INTERIOR_ITERATIONS = 40
 
 _GAP_SHARE = 1e-5  # of the relative duality gap in the tolerance

@@ -1,8 +1,8 @@
-"""The parts of a scenario: every number a run hangs on, with unit, source and allowed range.
+"""The sections of a scenario: every number that a run depends on, with unit, source and allowed range.
 
 The defaults are Table I of the paper (M. Bajja et al., "3D Euler-Angle Orientation Control for Two-Ray Fading
-Mitigation in Maritime Air-to-Sea Communications", IEEE GLOBECOM 2026) completed, where the paper is silent, by the
-public constants of its airframe family. SI units throughout; angles that a person types are in degrees and say so.
+Mitigation in Maritime Air-to-Sea Communications", IEEE GLOBECOM 2026). Where the paper gives no value, the default is a
+public constant of its airframe family. Units are SI; angles that a person types are in degrees, and their names say so.
 """
 
 import math
@@ -141,27 +141,29 @@ class AttitudeLaw:
 
 @dataclass
 class Planning:
-    """How the law `planned` seeks its attitude before take-off, and how far it stays from what the vehicle can do."""
+    """How the law `planned` makes its plan before take-off, and how far the plan stays inside the vehicle's limits."""
 
     # Spacing of the spline's knots, s, and largest spacing of the instants at which the limits are imposed, s.
     knot_spacing: float = _number(0.1, at_least=1e-2, at_most=10.0)
     limit_spacing: float = _number(0.025, at_least=1e-3, at_most=10.0)
-    # What is left to the controller, which follows an undisturbed plan to 0.05 deg, of the lowest and highest rotor
-    # speed, Hz, and as a share of the largest Euler angle and of the largest body angular velocity.
+    # How far the plan stays from the lowest and from the highest rotor speed, Hz, and from the largest Euler angle and
+    # the largest body angular velocity, as a share of these. The rest is left to the controller, which follows an
+    # undisturbed plan to 0.05 deg.
     rotor_speed_min_margin: float = _number(0.5, at_least=0.0, at_most=1e4)
     rotor_speed_max_margin: float = _number(0.5, at_least=0.0, at_most=1e4)
     attitude_margin: float = _number(0.005, at_least=0.0, below=1.0)
     angular_velocity_margin: float = _number(0.01, at_least=0.0, below=1.0)
-    # Penalty on the square of the Euler angles' acceleration over time, bit/Hz per rad^2/s^3: it settles what the link
-    # leaves open, and costs less than 0.03 % of the throughput.
+    # Penalty on the square of the Euler angles' acceleration over time, bit/Hz per rad^2/s^3. It makes the plan smooth
+    # where the link does not care, and costs less than 0.03 % of the throughput.
     acceleration_weight: float = _number(1.0e-4, at_least=0.0, at_most=1e3)
-    # Stages of the dynamic programme that chooses the fringes, s, and grid steps an Euler angle may go in one of them.
+    # Length of a stage of the dynamic programme that chooses the fringes, s, and the most grid steps by which an Euler
+    # angle may change in one stage.
     search_period: float = _number(0.05, at_least=1e-2, at_most=10.0)
     search_reach: int = _number(2, at_least=1, at_most=5)
-    # Most iterations of the sequential quadratic programme and of IPOPT, which polishes its answer; 0 leaves it out.
+    # Most iterations of the sequential quadratic programme, and of IPOPT, which improves its answer; 0 leaves it out.
     sqp_iterations: int = _number(80, at_least=0, at_most=100_000)
     ipopt_iterations: int = _number(20, at_least=0, at_most=100_000)
-    # Instants at which a finished plan is checked, 1/s.
+    # Number of instants per second at which a finished plan is checked, 1/s.
     certificate_rate: float = _number(200.0, at_least=1.0, at_most=1e5)
 
 
@@ -169,8 +171,8 @@ class Planning:
 class Mpc:
     """The tracking controller: horizon, weights, bounds and solver."""
 
-    # piqp, osqp: one Gauss-Newton QP a sample (real-time iteration), by PIQP with its workspace kept between samples or
-    # by Drake's own OSQP; ipopt: the whole nonlinear program a sample.
+    # piqp, osqp: one Gauss-Newton QP a sample (real-time iteration). PIQP keeps its workspace between samples; OSQP is
+    # Drake's own. ipopt: the whole nonlinear program a sample.
     solver: str = _choice("piqp", SOLVERS)
     # Sampling period T_s, s, and number N of periods in the horizon (Table I).
     period: float = _number(0.02, at_least=1e-4, at_most=10.0)
@@ -182,8 +184,8 @@ class Mpc:
     velocity_weight: float = _number(1.0, at_least=0.0, at_most=1e9)  # s^2/m^2
     angular_velocity_weight: float = _number(10.0, at_least=0.0, at_most=1e9)  # s^2/rad^2
     input_weight: float = _number(3.2e-8, at_least=0.0, at_most=1.0)  # 1/Hz^4
-    # Whether velocity, angular velocity and input are weighed against those that the law plans, where it does
-    # (planned), rather than against zero, as in the paper.
+    # The paper's cost weighs velocity, angular velocity and input against zero. `true`: where the law plans them too
+    # (planned), they are weighed against the plan instead.
     feedforward: bool = field(default=True, metadata={"choices": (False, True)})
     # Largest magnitude on each axis: Euler angle, deg; velocity, m/s; body angular velocity, rad/s (Table I).
     attitude_limit_deg: float = _number(15.0, at_least=1e-3, below=90.0)
@@ -216,7 +218,7 @@ class Simulation:
 
 @dataclass
 class Disturbance:
-    """What befalls the vehicle and the controller knows nothing of; by default nothing does."""
+    """Disturbances of the vehicle that the controller is not told of; by default there are none."""
 
     # Peak force of a gust on the centre of mass, N, world frame; it swells and dies as (1 - cos)/2, the standard shape
     # of a discrete gust (MIL-F-8785C).
@@ -227,7 +229,7 @@ class Disturbance:
     # The vehicle's true mass and inertia over those of `airframe`.
     mass_factor: float = _number(1.0, at_least=0.01, at_most=100.0)
     inertia_factor: float = _number(1.0, at_least=0.01, at_most=100.0)
-    # What each rotor gives of the thrust and drag commanded.
+    # The share of the commanded thrust and drag that each rotor gives.
     rotor_efficiency: list[float] = _vector(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, at_least=0.0, at_most=10.0)
     # Standard deviation of white noise on each axis of the measured position, m, attitude, deg, velocity, m/s, and
     # angular velocity, rad/s, and the seed that it is drawn from.
@@ -251,20 +253,20 @@ class Disturbance:
 class Knowledge:
     """How far the truth is from what the UAV believes; by default it knows everything.
 
-    Every other field of a scenario is the belief. The truth is the belief plus the error given here.
+    The other sections say what the UAV believes. The truth is the belief plus the errors given here.
     """
 
-    # True height of the ship's antenna above mean sea level less `link.ship_antenna_height`, m.
+    # True height of the ship's antenna above mean sea level minus `link.ship_antenna_height`, m.
     ship_antenna_height_error: float = _number(0.0, at_least=-1e4, at_most=1e4)
-    # True less measured position, m, world frame, and true less measured Euler angles, deg.
+    # True minus measured position, m, world frame, and true minus measured Euler angles, deg.
     position_bias: list[float] = _vector(0.0, 0.0, 0.0, at_least=-1e3, at_most=1e3)
     attitude_bias_deg: list[float] = _vector(0.0, 0.0, 0.0, at_least=-90.0, at_most=90.0)
-    # True transmit power less `link.transmit_power_dbm`, dB.
+    # True transmit power minus `link.transmit_power_dbm`, dB.
     transmit_power_error_db: float = _number(0.0, at_least=-300.0, at_most=300.0)
-    # Age of the ship's track as it is reported to the UAV, s.
+    # How old the ship's track is when it is reported to the UAV, s.
     ship_latency: float = _number(0.0, at_least=0.0, at_most=86400.0)
 
     @property
     def pose_bias(self) -> list[float]:
-        """True less measured position, m, and Euler angles, rad."""
+        """True minus measured position, m, and Euler angles, rad."""
         return [*self.position_bias, *map(math.radians, self.attitude_bias_deg)]

@@ -27,21 +27,22 @@ _ID = SolverId("PIQP")
 class PiqpSolver(SolverInterface):
     """Solves convex QPs and LPs by PIQP, a proximal interior-point method (R. Schwan et al., CDC 2023).
 
-    Its multistage backend factors the KKT system block by block along the variables, so its time is linear in the
-    horizon of a control problem whose decision variables are created in the order of time.
+    Its multistage backend factors the KKT system block by block along the variables. In a control problem whose
+    variables are created in the order of time, its time is therefore linear in the horizon.
 
-    One workspace is kept per program. With the option `preconditioner_iter` at 0, new linear costs, bounds, and
-    coefficients within the sparsity of linear constraints are taken over in place; other changes to a program are
-    noticed, and have its workspace set up anew. (One is not: a binding removed, and its evaluator bound to other
-    variables.) A preconditioner would carry over from one set of numbers to the next, so with it each solve is set up.
-    Every solve starts cold: an answer depends on the program alone, not on what was solved before, and the initial
-    guess is ignored.
+    One workspace is kept per program. With the option `preconditioner_iter` at 0, it takes over new linear costs, new
+    bounds, and new coefficients within the sparsity of linear constraints. Other changes to a program are noticed, and
+    the workspace is then set up anew. One change is not noticed: a binding that is removed, and its evaluator bound to
+    other variables. A preconditioner would carry over from one set of numbers to the next, so with it the workspace is
+    set up for each solve. Every solve starts cold: an answer depends only on the program, not on what was solved
+    before, and the initial guess is ignored.
 
     Options, the call's before the program's, are the fields of PIQP's `Settings` under the solver's id; Drake's common
     options have no effect.
 
-    Drake lets a Python solver write neither its id nor costs, details and dual solutions into a result:
-    `get_solver_id()` there says Clarabel, `get_optimal_cost()` is NaN, and the iterations are read from this object.
+    Drake lets a Python solver write neither its id nor costs, details and dual solutions into a result. So
+    `get_solver_id()` of the result says Clarabel, and `get_optimal_cost()` is NaN. The iterations are read from this
+    object.
     """
 
     def __init__(self) -> None:

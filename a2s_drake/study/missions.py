@@ -92,7 +92,7 @@ def _at_random(rng: np.random.Generator) -> OtherMission:
 
 
 def flight_name(mission: str, flight: str) -> str:
-    """What a flight of the study goes by: mission, and `level`, the paper's fallback, or `planned`."""
+    """The name of a flight in the study. `flight` is `level`, a fallback of the paper's law, or `planned`."""
     return f"{mission}, {flight}"
 
 

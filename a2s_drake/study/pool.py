@@ -62,8 +62,9 @@ def fly_each(
 ) -> Iterator[tuple[str, Result]]:
     """Flights, or what else is made of scenarios, by name, in the order in which they are done.
 
-    Whatever ends the iteration early (an interrupt, a flight's own error, a caller that stops) drops the flights that
-    wait, and those under way with the worker processes that fly them; threads and clusters finish theirs.
+    The iteration may end early: by an interrupt, by a flight's own error, or because the caller stops. Then the flights
+    that wait are dropped, and so are those under way in worker processes, which are ended. Threads and clusters finish
+    the flights that they have begun.
 
     Args:
       fly: flies one validated scenario, given its place in the mapping; importable by the executor's workers.

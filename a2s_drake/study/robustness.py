@@ -1,4 +1,4 @@
-"""Robustness: the mission under each disturbance that the controller knows nothing of, as one table."""
+"""Robustness: the mission under each disturbance that the controller is not told of, as one table."""
 
 from collections.abc import Mapping
 

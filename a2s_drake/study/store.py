@@ -40,7 +40,11 @@ class FlightStore:
     """A folder of flights, each in a folder of its own named by all it depends on: scenario, code and libraries."""
 
     def __init__(self, folder: Path, code: str) -> None:
-        """A store in a folder, which is made where it is missing, for flights of the code with some digest."""
+        """Opens the store in a folder, which is made where it is missing.
+
+        Args:
+          code: a digest of the code that flies; flights of other code are not found.
+        """
         folder.mkdir(parents=True, exist_ok=True)
         self._folder = folder
         libraries = {"drake": "pydrake", "numpy": "numpy", "piqp": "piqp", "scipy": "scipy"}

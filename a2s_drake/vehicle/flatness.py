@@ -1,8 +1,9 @@
-"""What a path and an attitude over time ask of the rotors: the hexarotor is flat in position and attitude.
+"""Computes the rotor speeds that a path and an attitude over time need: the hexarotor is flat in position and attitude.
 
-Six rotors make any small force and torque, so that p(t) and eta(t) fix everything else algebraically: body rates from
-eta and its rate, force and torque from the accelerations, and the squared rotor speeds from those (differential
-flatness, M. Fliess et al., Int. J. Control 61(6), 1995). Pure functions, vectorised over samples, with derivatives.
+Six rotors make any small force and torque, so p(t) and eta(t) fix everything else without integration. Body rates
+follow from eta and its rate, force and torque from the accelerations, and the squared rotor speeds from force and
+torque. This is called differential flatness (M. Fliess et al., Int. J. Control 61(6), 1995). The functions are pure and
+vectorised over samples, and give derivatives too.
 
 An attitude trajectory enters as `motion` (..., 9): [eta (rad), its rate (rad/s), its acceleration (rad/s^2)].
 """

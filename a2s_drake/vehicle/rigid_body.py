@@ -138,8 +138,8 @@ class RigidBodyModel:
         """`step` and its exact derivative by [x, u]: shapes (..., 12) and (..., 12, 18).
 
         The dynamics are a cascade: rotors turn the body, attitude directs the thrust, thrust moves the body. So only
-        attitude and rates, [eta, omega], go through the stages one by one, and only their derivatives by [eta, omega,
-        turn_B] are chained; the motion that follows from them is summed up over all stages at once.
+        attitude and rates, [eta, omega], go through the stages one by one. Only their derivatives by [eta, omega,
+        turn_B] are chained. The motion that follows from them is summed up over all stages at once.
         """
         thrust_B, turn_B = self.accelerations(u)
         turned = x[..., _TURNED]

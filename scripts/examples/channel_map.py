@@ -1,9 +1,9 @@
 """One block alone: the two-ray channel over roll and pitch, and the attitudes that the paper's law sees in it.
 
 `TwoRayChannel` gets its inputs by `FixValue`, at the mission's first instant. Attitudes at which both rays add up form
-bright fringes. The law knows them by the affine phase dPhi_0 + k^T eta alone (Theorem 1): on each fringe it sees one
-candidate eta_m = C_m k/||k||^2, and from those inside its box it makes its answer (Lemma 1). Far from level affine
-fringes stray from the true ones, or stand where there is none.
+bright fringes. The law knows them only by the affine phase dPhi_0 + k^T eta (Theorem 1). On each fringe it sees one
+candidate eta_m = C_m k/||k||^2. It makes its answer from the candidates inside its box (Lemma 1). Far from level
+these fringes stray from the true ones, or stand where there is none.
 """
 
 if __name__ == "__main__":

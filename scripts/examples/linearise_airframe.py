@@ -1,8 +1,9 @@
 """Drake's `Linearize` on the airframe at hover: what its poles and its controllability say, and what they hide.
 
-The hexarotor is a free rigid body, so all its poles are zero: chains of integrators lead from the rotors to the pose,
-four long from roll and pitch to the position. The plant holds attitude as a quaternion, 13 states in place of 12; the
-one more is the quaternion's norm, which no input moves. On the rest the MPC's prediction model is the same.
+The hexarotor is a free rigid body, so all its poles are zero. Chains of integrators lead from the rotors to the pose;
+from roll and pitch to the position they are four long. The plant stores attitude as a quaternion, so it has 13 states
+in place of 12. The additional one is the quaternion's norm, which no input moves. In the other states the MPC's
+prediction model is the same.
 """
 
 if __name__ == "__main__":

@@ -116,7 +116,7 @@ def test_the_plain_baseline_says_when_there_is_no_solution(recorded: Recorded) -
 
 
 def test_casadis_solvers_solve_recorded_problems(recorded: Recorded) -> None:
-    pytest.importorskip("casadi", reason="peers need the package casadi: pip install 'a2s_drake[bench]'")
+    pytest.importorskip("casadi", reason="CasADi's solvers need the package casadi: pip install 'a2s_drake[bench]'")
     scenario, problems = recorded[0].scenario, recorded[1][-3:]
     airframe, mpc = scenario.airframe, scenario.mpc
     exact = exact_inputs(problems, airframe, mpc)

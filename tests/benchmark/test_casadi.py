@@ -15,7 +15,7 @@ SAMPLES = (0, 194)
 
 @pytest.fixture
 def casadi() -> None:
-    pytest.importorskip("casadi", reason="peers need the package casadi: pip install 'a2s_drake[bench]'")
+    pytest.importorskip("casadi", reason="CasADi's solvers need the package casadi: pip install 'a2s_drake[bench]'")
 
 
 @pytest.fixture

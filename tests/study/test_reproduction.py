@@ -108,7 +108,7 @@ def test_the_planned_law_has_its_own_part(bases: dict[str, Scenario]) -> None:
     assert list(results.planned.laws) == ["three_axis", "pitch_only", "level", "planned"]
     rows = {row.kind: row for row in results.ceilings[PRINTED] if row.law == "planned"}
     assert rows["flown"].gain_percent == pytest.approx(60.0)
-    assert rows["ideal"].gain_percent == pytest.approx(0.0)  # Made up to be level.
+    assert rows["held"].gain_percent == pytest.approx(0.0)  # Made up to be level.
     assert not [row for row in results.ceilings[HEADLINE] if row.law == "planned"]
     bottom = [step for step in results.planned.attribution if step.effect == "position"]
     assert {step.law: step.gain_percent for step in bottom} == pytest.approx({"three_axis": 50.0, "planned": 60.0})
@@ -145,3 +145,4 @@ def test_the_file_holds_every_field_by_its_key(bases: dict[str, Scenario]) -> No
     ]
     assert list(whole["ceilings"][PRINTED][0]) == ["name", "kind", "law", "gain_percent", "share"]
     assert list(whole["ideal"][PRINTED]["ceiling_percent"]) == ["box", "hoverable"]
+    assert {row["kind"] for row in whole["ceilings"][PRINTED]} == {"ceiling", "ideal", "flown", "other"}

@@ -34,15 +34,16 @@ HEADLINE, PRINTED = "paper_calibrated", "paper"
 
 
 def flight_name(base: str, law: str, question: str = "", answer: str = "") -> str:
-    """What a flight of a campaign goes by."""
+    """The name of a flight in the report: the base scenario, the reading if one is varied, and the law."""
     return " / ".join(filter(None, (base, question, answer, law)))
 
 
 def report_scenarios(bases: Mapping[str, Scenario], *, quick: bool = False) -> dict[str, Scenario]:
-    """Every flight of the report by name, validated; with `quick` those alone that the headline of the paper needs.
+    """Every flight of the report by name, validated.
 
     Args:
       bases: the scenarios named HEADLINE and PRINTED.
+      quick: gives only the flights that the headline of the paper needs.
     """
     flights = {flight_name(HEADLINE, law): under_law(bases[HEADLINE], law) for law in PAPER_LAWS}
     if not quick:
@@ -107,12 +108,12 @@ def ceiling_rows(scenario: Scenario, held: IdealTracking, by_law: Mapping[str, F
     rows = [("best in the attitude box", "ceiling", "", held.ceiling_percent.box)]
     rows.append(("best statically hoverable", "ceiling", "", held.ceiling_percent.hoverable))
     for law, gains in held.gain_percent.items():
-        rows.append((f"ideally tracked, {fallback}", "ideal", law, gains[fallback]))
+        rows.append((f"ideally tracked, {fallback}", "held", law, gains[fallback]))
         rows += [(f"ideally tracked, {name}", "other", law, gain) for name, gain in gains.items() if name != fallback]
     if by_law is not None and "planned" in by_law:
         plan = by_law["planned"]
         exactly = held_gain(scenario, Geometry.of_flight(plan), plan.attitude_reference)
-        rows.append(("ideally tracked", "ideal", "planned", exactly))
+        rows.append(("ideally tracked", "held", "planned", exactly))
         rows.append(("flown", "flown", "planned", gain_percent(plan, by_law["level"])))
     if by_law is not None:
         flown = _gains(by_law)
@@ -175,7 +176,7 @@ def collect_results(
     return Results(
         paper_gain_percent=PaperGains(**{f"over_{baseline}": gain for (_, baseline), gain in PAPER_GAINS.items()}),
         headline=headline,
-        ideal=held,
+        ideal_tracking=held,
         ceilings={base: ceiling_rows(bases[base], held[base], flown.get(base)) for base in bases},
         errata=errata(bases[PRINTED]),
         versions=metrics["level"]["versions"],

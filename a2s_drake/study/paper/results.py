@@ -95,7 +95,8 @@ class CeilingRow:
 
     Attributes:
       name: in words.
-      kind: `ceiling`, `ideal` (held exactly), `flown`, or `other` (held exactly, under another fallback).
+      kind: `ceiling`, `held` (exactly, by the vehicle), `flown`, or `other` (held exactly, under another fallback).
+        In results.json `held` is written `ideal`.
       law: empty for a ceiling, which is of no law.
       gain_percent: over level.
       share: of the gain of the best attitude in the box.
@@ -141,7 +142,8 @@ class Results:
     Attributes:
       paper_gain_percent: what the paper prints.
       headline: the headline scenario as flown.
-      ideal: ideal tracking by scenario.
+      ideal_tracking: what each law wins where the vehicle holds its reference exactly, by scenario. Its key in
+        results.json is `ideal`.
       ceilings: each way to choose the attitude, by scenario.
       errata: the slips of the paper's text.
       versions: of what computed these numbers, by package.
@@ -151,7 +153,7 @@ class Results:
 
     paper_gain_percent: PaperGains
     headline: Headline
-    ideal: dict[str, IdealTracking]
+    ideal_tracking: dict[str, IdealTracking]
     ceilings: dict[str, list[CeilingRow]]
     errata: list[Erratum]
     versions: dict[str, str]
@@ -160,5 +162,9 @@ class Results:
 
     def as_json(self) -> dict[str, Any]:
         """What results.json holds: these fields as dictionaries, without those that are None."""
-        keys = {"planned": "beyond"}
-        return {keys.get(name, name): value for name, value in asdict(self).items() if value is not None}
+        # The file keeps the words of its first version, so that what reads it need not change.
+        keys = {"planned": "beyond", "ideal_tracking": "ideal"}
+        entries = {keys.get(name, name): value for name, value in asdict(self).items() if value is not None}
+        for row in (row for rows in entries["ceilings"].values() for row in rows):
+            row["kind"] = "ideal" if row["kind"] == "held" else row["kind"]
+        return entries

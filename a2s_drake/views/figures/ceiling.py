@@ -34,7 +34,7 @@ def ceiling_figure(rows: Mapping[str, Sequence[CeilingRow]]) -> Figure:
                 height=0.62,
                 facecolor=colour if solid else "white",
                 edgecolor=colour,
-                hatch={"ceiling": "////", "ideal": "....", "flown": ""}[row.kind],
+                hatch={"ceiling": "////", "held": "....", "flown": ""}[row.kind],
                 linewidth=0.7,
             )
             text = f"{row.gain_percent:.1f} % ({100 * row.share:.0f} %)"

@@ -34,7 +34,7 @@ def trajectory_figure(flight: Flight) -> Figure:
 
     above = figure.add_subplot(grid[1])
     reference = flight.position_reference
-    above.plot(reference[:, 0], reference[:, 1], color="black", linewidth=0.7, linestyle="--", label="planned")
+    above.plot(reference[:, 0], reference[:, 1], color="black", linewidth=0.7, linestyle="--", label="path")
     above.plot(uav[:, 0], uav[:, 1], color=colour, label="UAV")
     above.plot([], [], color=SHIP_COLOUR, label="ship")
     above.plot(uav[0, 0], uav[0, 1], "o", color=colour, markersize=7, label="start")
@@ -54,7 +54,7 @@ def position_figure(flights: Mapping[str, Flight]) -> Figure:
     rows = figure.subplots(4, 1, sharex=True)
     flight = flights["three_axis"]
     for axis, axes in enumerate(rows[:3]):
-        axes.plot(flight.time, flight.position_reference[:, axis], color="black", linewidth=0.7, label="planned")
+        axes.plot(flight.time, flight.position_reference[:, axis], color="black", linewidth=0.7, label="path")
         axes.plot(flight.time, flight.position[:, axis], **style_of("three_axis"))
         axes.set_ylabel(f"{'xyz'[axis]} (m)")
     rows[2].set_ylim(min(-0.1, 1.2 * np.abs(flight.position[:, 2]).max() * -1), 0.1)
@@ -63,7 +63,7 @@ def position_figure(flights: Mapping[str, Flight]) -> Figure:
     rows[3].set_ylabel("error (cm)")
     rows[3].set_ylim(bottom=0.0)
     rows[3].set_xlabel("time (s)")
-    rows[3].plot([], [], color="black", linewidth=0.7, label="planned")
+    rows[3].plot([], [], color="black", linewidth=0.7, label="path")
     figure.align_ylabels()
     legend_above(figure, rows[3], 4)
     return figure

@@ -154,8 +154,8 @@ def close(block: Block, paths: frozenset[Path]) -> Block:
 def through_wires(whole: Block) -> list[tuple[PortId, ...]]:
     """The connections from end to end, past the borders of open diagrams.
 
-    Each is the ports that it passes: first the output of a closed block or an input of the whole, last the input of a
-    closed block or an output of the whole, between them ports of open diagrams.
+    A connection is the ports that it passes. The first is the output of a closed block or an input of the whole. The
+    last is the input of a closed block or an output of the whole. Those between are ports of open diagrams.
     """
     wires = whole.all_wires()
     borders = {block.path for block in whole.walk() if block.is_open and block.path}

@@ -37,7 +37,7 @@ class GaugeScale:
     high_db: float
 
     def fraction(self, snr_db: float) -> float:
-        """How far up the scale an SNR (dB) stands, 0..1; what lies beyond an end, or is no number, stands at it."""
+        """How far up the scale an SNR (dB) stands, 0..1. An SNR outside the scale stands at its end, no number at 0."""
         share = (snr_db - self.low_db) / (self.high_db - self.low_db)
         return float(np.clip(np.nan_to_num(share, nan=0.0), 0.0, 1.0))
 
@@ -49,9 +49,10 @@ class GaugeScale:
 def gauge_scale(scenario: Scenario, courses: Courses | None = None) -> GaugeScale:
     """The scale that holds every SNR on the reference paths, whatever the attitude and the phase between the rays.
 
-    The antenna is somewhere within |r_a| of the centre of mass, so its distance from the ship's antenna and its height
-    over the sea are the centre's to within |r_a|; the scale holds them all, from both rays in antiphase to both in
-    phase. It ends where the two-ray formula does, with the antennas one wavelength apart, and 40 dB below its top.
+    The antenna is at most |r_a| away from the centre of mass. So its distance from the ship's antenna and its height
+    over the sea differ from those of the centre by at most |r_a|. The scale holds every such distance and height, from
+    both rays in antiphase to both in phase. The two-ray formula ends where the antennas are one wavelength apart, and
+    so does the scale. Its lower end is at most about 40 dB below its upper end.
     """
     link = scenario.true_link()
     courses = courses or Courses.of(scenario)
@@ -61,8 +62,8 @@ def gauge_scale(scenario: Scenario, courses: Courses | None = None) -> GaugeScal
     reach = float(np.linalg.norm(link.antenna_offset) + step)
     distance = path_lengths(position, ship, link)[0]
     near, far = np.maximum(distance - reach, link.wavelength), distance + reach
-    # By d_ref^2 = d_los^2 + 4 h z, sum and difference of the rays both fall with d_los, while with the height z the sum
-    # falls and the difference grows: both are at their extremes where the antenna is lowest.
+    # From d_ref^2 = d_los^2 + 4 h z follows: the sum and the difference of the rays both fall as d_los grows. As the
+    # height z grows, the sum falls and the difference grows. So both are at their extremes where the antenna is lowest.
     lowest_height = np.maximum(position[:, 2] - ship[:, 2] - reach, 0.0)
     gamma, lift = link.reflection_magnitude, 4.0 * link.ship_antenna_height * lowest_height
     unit = link.transmit_to_noise * unit_gain(link)

@@ -107,8 +107,8 @@ def put_sea(stage: Stage, path: str, center: FloatArray, reach: float) -> None:
         square *= 10.0
     squares = np.ceil(reach / square)
     ticks = square * np.arange(-squares, squares + 1.0)
-    # Drawn square by square, since some browsers drop a line that has an end behind the eye; and above the surface by
-    # so much that the two do not flicker through each other.
+    # The grid is drawn square by square, because some browsers drop a line that has an end behind the eye. It is drawn
+    # above the surface, so that the two do not flicker through each other.
     across, along = (grid.ravel() for grid in np.meshgrid(ticks, ticks[:-1]))
     above = np.full_like(across, 0.2)
     start = np.hstack([[across, along, above], [along, across, above]])

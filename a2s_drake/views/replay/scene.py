@@ -68,13 +68,15 @@ def ray_pose(start: FloatArray, end: FloatArray) -> tuple[RigidTransform, float]
 
 
 class Scene:
-    """Vehicle, ship, sea, both rays, the paths and the SNR gauge, to scale but for what follows.
+    """Vehicle, ship, sea, both rays, the paths and the SNR gauge, almost all of it to scale.
 
-    Everything stands at its true place in the world frame W and in its true size. The names in the scene's tree say
-    what does not: the rays are drawn wider the farther from the eye, so that they can be followed to the ship; the
-    blades turn a hundred times slower than the rotors; and the ship's hull, of which a scenario says nothing, is sized
-    by the height of its antenna. The eye travels with the vehicle and does not turn, which is why W itself moves in the
-    scene's tree; the gauge hangs beside the vehicle.
+    Everything stands at its true place in the world frame W and in its true size, with three exceptions. The names in
+    the scene's tree tell of them. The rays are drawn wider with distance from the eye, so that they can be followed to
+    the ship. The blades turn a hundred times slower than the rotors. The ship's hull is sized by the height of its
+    antenna, because a scenario says nothing of the hull.
+
+    The eye travels with the vehicle and does not turn. This is why W itself moves in the scene's tree. The gauge hangs
+    beside the vehicle.
 
     Args:
       meshcat: the page; what is on it already stays.

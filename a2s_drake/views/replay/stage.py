@@ -36,8 +36,8 @@ def start_meshcat(port: int | None = None) -> Meshcat:
 class Stage:
     """Objects are put up once; from then on they are moved, scaled and revealed.
 
-    Meshcat's own recorder asks for times and rounds them down to frames, which loses a frame wherever t times the rate
-    falls just short of a whole number; so frames are counted here.
+    Meshcat's own recorder asks for times and rounds them down to frames. It loses a frame wherever t times the rate is
+    slightly below a whole number. So frames are counted here.
 
     Args:
       meshcat: where the objects go.

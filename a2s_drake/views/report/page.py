@@ -37,7 +37,8 @@ def report_html(
       planned_figures: which belong to the law `planned`; the others go with the sections they illustrate.
     """
     gains, paper = results.headline.gain_percent, results.paper_gain_percent
-    ideal, printed = results.ideal[results.headline.scenario], results.ideal[PRINTED]
+    tracking = results.ideal_tracking
+    calibrated, printed = tracking[results.headline.scenario], tracking[PRINTED]
     parts = [
         "<h1>Does attitude control win back a two-ray link? The paper reproduced</h1>",
         "<p>M. Bajja, A. K. A. H. Saliah, H. El Hammouti, D. Bonilla Licea and G. Silano, <i>3D Euler-Angle "
@@ -46,7 +47,7 @@ def report_html(
         '<ul class="headline">',
         f"<li><b>{gains.over_level:+.2f} %</b>over level; the paper prints +{paper.over_level} %</li>",
         f"<li><b>{gains.over_pitch_only:+.2f} %</b>over pitch only; the paper prints +{paper.over_pitch_only} %</li>",
-        f"<li><b>{ideal.ceiling_percent.box:+.1f} %</b>over level is the most any attitude in the "
+        f"<li><b>{calibrated.ceiling_percent.box:+.1f} %</b>over level is the most any attitude in the "
         f"{base.mpc.attitude_limit_deg:g} deg box wins</li>",
         *_planned_headline(results),
         "</ul>",

@@ -167,8 +167,8 @@ def claims(results: Results) -> str:
     excess, at = 100 * claims.outage_worst_excess, claims.outage_worst_excess_at_db
     dominates = f"its outage exceeds the better benchmark's by up to {excess:.1f} points, at {at:.1f} dB"
     mine = [row for row in results.ceilings[headline.scenario] if row.law == "three_axis"]
-    gain = {row.kind: row for row in mine if row.kind in ("ideal", "flown")}
-    tracked = 100 * gain["flown"].gain_percent / gain["ideal"].gain_percent
+    gain = {row.kind: row for row in mine if row.kind in ("held", "flown")}
+    tracked = 100 * gain["flown"].gain_percent / gain["held"].gain_percent
     best = f"{tracked:.0f} % of the law's own gain, {100 * gain['flown'].share:.0f} % of what an attitude could win"
     rows = [
         ["fewer deep-fade events", f"fades below 0 dB: {counts}; time below 0 dB: {below}"],
