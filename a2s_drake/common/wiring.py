@@ -8,6 +8,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, Output
 
 # The attribute of a diagram under which it carries the names of the user's own blocks.
 _OWN_BLOCKS = "a2s_own_blocks"
+# The attribute under which a diagram carries the track files that its blocks were built from.
+_TRACK_FILES = "a2s_track_files"
 
 
 class WiringError(ValueError):
@@ -206,3 +208,21 @@ def mark_own_blocks(diagram: Diagram, names: dict[str, str]) -> None:
 def own_blocks(diagram: Diagram) -> dict[str, str]:
     """The blocks of the user's own in a diagram, as `mark_own_blocks` noted them; empty without any."""
     return dict(getattr(diagram, _OWN_BLOCKS, {}))
+
+
+def mark_track_files(diagram: Diagram, files: Mapping[str, bytes]) -> None:
+    """Notes in a diagram the content of the track files that its blocks were built from, by field of `mission`."""
+    setattr(diagram, _TRACK_FILES, dict(files))
+
+
+def track_files(diagram: Diagram) -> dict[str, bytes] | None:
+    """The track files that a diagram was built from, as `mark_track_files` noted them; None where no builder did.
+
+    A diagram that a user builds around one with such a note was built from the same files.
+    """
+    files: dict[str, bytes] | None = getattr(diagram, _TRACK_FILES, None)
+    if files is not None:
+        return dict(files)
+    inner = [track_files(block) for block in diagram.GetSystems() if isinstance(block, Diagram)]
+    noted = [found for found in inner if found is not None]
+    return {field: content for found in noted for field, content in found.items()} if noted else None

@@ -87,7 +87,8 @@ class Flight:
       signals: the user's own, `log` of `run_flight`, each of shape (n, width), by name.
       own_blocks: the blocks of the user's own that flew, name by role, `{"law": "MyLaw"}`.
       wall_clock: how long this run took; never saved, so None for a flight loaded from disk.
-      files: the content at take-off of each track file that the scenario names, by field, such as `path_file`.
+      files: the content of each track file that the scenario names, by field, such as `path_file`, as the diagram was
+        built with it; where the diagram's builder noted none, as it was at take-off.
     """
 
     scenario: Scenario
@@ -154,7 +155,7 @@ class Flight:
     def save(self, folder: Path | str) -> None:
         """Writes `scenario.yaml` and `flight.npz` into a folder, which is made where it is missing.
 
-        The scenario's track files, as they were at take-off, are copied beside them, and `scenario.yaml` names the
+        The scenario's track files, as the diagram was built with them, are copied beside them, and `scenario.yaml` names the
         copies. Copies that an earlier flight in this folder has left go. Where the disk refuses (OSError, which names
         the file), all stay as they were. A flight with blocks of the user's own cannot be flown again from
         `scenario.yaml` alone; `flight.npz` names these blocks.
