@@ -98,7 +98,7 @@ def test_a_link_of_the_users_is_neither_followed_nor_removed(tmp_path: Path) -> 
     assert (tmp_path / "out" / "path.csv").is_symlink()
 
 
-@pytest.mark.parametrize("name", ["../mine.csv", "mine.csv", "flight.npz"])
+@pytest.mark.parametrize("name", ["../mine.csv", "mine.csv"])
 def test_a_note_of_a_name_that_no_flight_chooses_is_not_believed(name: str, tmp_path: Path) -> None:
     folder = tmp_path / "out"
     on_path(MINE).save(folder)
