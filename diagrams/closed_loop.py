@@ -5,7 +5,14 @@ from collections.abc import Callable
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import PassThrough
 
-from a2s_drake.common.wiring import NamedWiring, WiringError, build_wired, connect_fitting, mark_own_blocks
+from a2s_drake.common.wiring import (
+    NamedWiring,
+    WiringError,
+    build_wired,
+    connect_fitting,
+    mark_own_blocks,
+    mark_track_files,
+)
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.vehicle.actuators import InputDelay
@@ -82,6 +89,7 @@ def build_closed_loop(
         maker.own["prebuild"] = getattr(prebuild, "__name__", type(prebuild).__name__)
     diagram = build_wired(builder, "closed_loop")
     mark_own_blocks(diagram, maker.own)
+    mark_track_files(diagram, maker.files)
     return diagram
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import Adder, ConstantVectorSource, Multiplexer
 
-from a2s_drake.common.wiring import NamedWiring, build_wired, mark_own_blocks
+from a2s_drake.common.wiring import NamedWiring, build_wired, mark_own_blocks, mark_track_files
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.scenario import Scenario
 
@@ -72,4 +72,5 @@ def build_link_only(
     builder.ExportOutput(measured.get_output_port(), "measured_state")
     diagram = build_wired(builder, "link_only")
     mark_own_blocks(diagram, maker.own)
+    mark_track_files(diagram, maker.files)
     return diagram

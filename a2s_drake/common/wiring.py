@@ -8,6 +8,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, Output
 
 # The attribute of a diagram under which it carries the names of the user's own blocks.
 _OWN_BLOCKS = "a2s_own_blocks"
+# The attribute under which a diagram carries the track files that its blocks were built from.
+_TRACK_FILES = "a2s_track_files"
 
 
 class WiringError(ValueError):
@@ -221,3 +223,21 @@ def own_blocks(diagram: Diagram) -> dict[str, str]:
     parts = [block for block in diagram.GetSystems() if isinstance(block, Diagram)]
     own: dict[str, str] = getattr(diagram, _OWN_BLOCKS, {"diagram": diagram.get_name() or class_name(diagram)})
     return {role: name for part in parts if hasattr(part, _OWN_BLOCKS) for role, name in own_blocks(part).items()} | own
+
+
+def mark_track_files(diagram: Diagram, files: Mapping[str, bytes]) -> None:
+    """Notes in a diagram the content of the track files that its blocks were built from, by field of `mission`."""
+    setattr(diagram, _TRACK_FILES, dict(files))
+
+
+def track_files(diagram: Diagram) -> dict[str, bytes] | None:
+    """The track files that a diagram was built from, as `mark_track_files` noted them; None where no builder did.
+
+    A diagram that a user builds around one with such a note was built from the same files.
+    """
+    files: dict[str, bytes] | None = getattr(diagram, _TRACK_FILES, None)
+    if files is not None:
+        return dict(files)
+    inner = [track_files(block) for block in diagram.GetSystems() if isinstance(block, Diagram)]
+    noted = [found for found in inner if found is not None]
+    return {field: content for found in noted for field, content in found.items()} if noted else None

@@ -21,14 +21,14 @@ from a2s_drake.common.files import (
 from a2s_drake.common.quoting import quoted
 from a2s_drake.common.signals import Fallback as Fallback
 from a2s_drake.flight.arrays import ANGLES, STATE_UNIT, columns_of, logged, optional, state_columns
+from a2s_drake.flight.copies import Copies, read_copies
 from a2s_drake.scenario.scenario import Scenario
-from a2s_drake.scenario.track_file import copies_named_in, read_files, with_copies
 
 # One row of a flight: what was logged at one time, by the names of the arrays of `Flight`. `signals` holds the user's
 # own, by their names.
 Sample = Mapping[str, Any]
 
-# What the names of a flight's signals and of the user's own blocks follow in `flight.npz`.
+# In `flight.npz` these prefixes stand before the names of a flight's signals and of the user's own blocks.
 SIGNAL, OWN_BLOCK = "signal:", "own_block:"
 
 
@@ -87,7 +87,8 @@ class Flight:
       signals: the user's own, `log` of `run_flight`, each of shape (n, width), by name.
       own_blocks: the blocks of the user's own that flew, name by role, `{"law": "MyLaw"}`.
       wall_clock: how long this run took; never saved, so None for a flight loaded from disk.
-      files: the content at take-off of each track file that the scenario names, by field, such as `path_file`.
+      files: the content of each track file that the scenario names, by field, such as `path_file`, as the diagram was
+        built with it; where the diagram's builder noted none, as it was at take-off.
     """
 
     scenario: Scenario
@@ -154,29 +155,31 @@ class Flight:
     def save(self, folder: Path | str) -> None:
         """Writes `scenario.yaml` and `flight.npz` into a folder, which is made where it is missing.
 
-        The scenario's track files, as they were at take-off, are copied beside them, and `scenario.yaml` names the
-        copies. Copies that an earlier flight in this folder has left go. Where the disk refuses (OSError, which names
-        the file), all stay as they were. A flight with blocks of the user's own cannot be flown again from
-        `scenario.yaml` alone; `flight.npz` names these blocks.
+        The scenario's track files, as the diagram was built with them, are copied beside them, and `scenario.yaml`
+        names the copies. `flight.npz` notes what was copied. So copies of an earlier flight in this folder go, but no
+        other file is removed or overwritten: where one stands in the way, the copy is called `path_2.csv` and so on.
+
+        A flight with blocks of the user's own cannot be flown again from `scenario.yaml` alone; `flight.npz` names
+        these blocks.
 
         Raises:
+          OSError: when the disk refuses; names the file. All stays as it was.
+          ScenarioError: when a track file is not in `files` and cannot be read; names it.
           ValueError: when the name of a signal or block holds a character that cannot be printed; names it.
         """
         folder = Path(folder)
         arrays = self._saved()
         folder.mkdir(parents=True, exist_ok=True)
-        scenario, copies = with_copies(self.scenario, self.files)
-        left_over = copies_named_in(folder) - copies.keys()
+        copies = Copies.placed(folder, self.scenario, self.files)
         # All take their places at the end, the log last: where it is missing, there is no flight.
         with ExitStack() as stack:
-            parts = ("flight.npz", "scenario.yaml", *copies)
+            parts = ("flight.npz", "scenario.yaml", *copies.written)
             log, settings, *tracks = (stack.enter_context(written_whole(folder / name)) for name in parts)
-            write_arrays(log, arrays)
-            settings.write_text(scenario.to_yaml(), encoding="utf-8")
-            for track, content in zip(tracks, copies.values(), strict=True):
+            write_arrays(log, arrays | copies.notes())
+            settings.write_text(copies.scenario.to_yaml(), encoding="utf-8")
+            for track, content in zip(tracks, copies.written.values(), strict=True):
                 track.write_bytes(content)
-        for name in left_over:
-            (folder / name).unlink(missing_ok=True)
+        copies.remove_left_over()
 
     def _saved(self) -> dict[str, Array]:
         """What `flight.npz` holds, by name."""
@@ -218,6 +221,8 @@ class Flight:
     def load(cls, folder: Path | str) -> Self:
         """Reads what `save` wrote.
 
+        A track file that cannot be read is only missing in `files`: a UserWarning names it, and the log is whole.
+
         Raises:
           OSError: when a file cannot be read; ScenarioError or ValueError, which name the file: when one is damaged.
         """
@@ -241,7 +246,7 @@ class Flight:
             if name.startswith(OWN_BLOCK)
         }
         own_signals = {name: table.pop(entry) for name, entry in signals.items()}
-        files = read_files(scenario.mission)
+        files = read_copies(scenario.mission)
         return cls(scenario, **table, signals=own_signals, own_blocks=own_blocks, wall_clock=None, files=files)
 
 

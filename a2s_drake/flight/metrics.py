@@ -2,6 +2,7 @@
 
 import json
 import platform
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,10 @@ from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.files import written_whole
 from a2s_drake.common.packages import is_installed
 from a2s_drake.flight.log import Fallback, Flight
+from a2s_drake.flight.results import BoundUse, Fades, Limit, Metrics, SolverSummary, StepTime
 from a2s_drake.link.throughput import gain_percent as throughput_gain_percent
+
+_Given = float | Sequence[float]
 
 OUTAGE_THRESHOLDS_DB = (0.0, 3.0, 6.0, 9.0, 12.0)
 
@@ -53,16 +57,13 @@ def fades(flight: Flight, threshold_db: float = 0.0) -> int:
     return len(fade_durations(flight, threshold_db))
 
 
-def fade_summary(flight: Flight) -> dict[str, dict[str, Any]]:
-    """Count, median and longest duration of the fades below each of the paper's thresholds; null without a fade."""
-    summary: dict[str, dict[str, Any]] = {}
+def fade_summary(flight: Flight) -> dict[float, Fades]:
+    """The fades below each of the paper's thresholds, by the threshold, dB."""
+    summary: dict[float, Fades] = {}
     for threshold in OUTAGE_THRESHOLDS_DB:
         lasted = fade_durations(flight, threshold)
-        summary[f"{threshold:g}"] = {
-            "count": len(lasted),
-            "median_s": float(np.median(lasted)) if len(lasted) else None,
-            "longest_s": float(lasted.max()) if len(lasted) else None,
-        }
+        median, longest = (float(np.median(lasted)), float(lasted.max())) if len(lasted) else (None, None)
+        summary[threshold] = Fades(len(lasted), median, longest)
     return summary
 
 
@@ -74,8 +75,8 @@ def position_error(flight: Flight) -> FloatArray:
 def tracking_error(flight: Flight) -> FloatArray:
     """Distance of the centre of mass as measured from where the law wants it, m, shape (n,).
 
-    Where nothing was measured, no sensor stands between: the truth counts. NaN where the command is not known, as in
-    files of earlier versions.
+    A row without a measured place counts with the true one. NaN where the command is not known, as in files of earlier
+    versions.
     """
     measured = flight.measured_state[:, :3]
     known = np.where(np.isnan(measured).any(axis=1, keepdims=True), flight.position, measured)
@@ -88,26 +89,33 @@ def attitude_error(flight: Flight) -> FloatArray:
 
 
 def _statistics(error: FloatArray) -> tuple[float | None, float | None]:
-    """Maximum and root mean square of the errors that are known; null without any."""
+    """Maximum and root mean square of the errors that are known; None without any."""
     known = error[~np.isnan(error)]
     return (float(known.max()), float(np.sqrt((known**2).mean()))) if len(known) else (None, None)
 
 
-def _bound_use(values: FloatArray, lower: Any, upper: Any, unit: str) -> dict[str, Any]:
+def _bound_use(
+    values: FloatArray, lower: float | Sequence[float], upper: float | Sequence[float], unit: str
+) -> BoundUse:
     low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
     excess = np.maximum(low - values, values - high)
-    return {
-        "unit": unit,
-        "limit": [low.tolist(), high.tolist()],
+    return BoundUse(
+        unit=unit,
+        lower=_limit(low),
+        upper=_limit(high),
         # Distance from the middle of the range over half its width: 1 lies on the bound.
-        "largest_use": float((np.abs(values - (low + high) / 2.0) / ((high - low) / 2.0)).max()),
-        "worst_excess": float(np.maximum(excess, 0.0).max()),
-        "worst_excess_of_range": float(np.maximum(excess / (high - low), 0.0).max()),
-    }
+        largest_use=float((np.abs(values - (low + high) / 2.0) / ((high - low) / 2.0)).max()),
+        worst_excess=float(np.maximum(excess, 0.0).max()),
+        worst_excess_of_range=float(np.maximum(excess / (high - low), 0.0).max()),
+    )
 
 
-def bounds(flight: Flight) -> dict[str, dict[str, Any]]:
-    """Per bounded quantity: its limits, the largest share of them in use, and the worst step beyond them."""
+def _limit(value: FloatArray) -> Limit:
+    return tuple(value.tolist()) if value.ndim else float(value)
+
+
+def bounds(flight: Flight) -> dict[str, BoundUse]:
+    """The use of each bounded quantity by its name; without rotors, their speed is not among them."""
     airframe, mpc = flight.scenario.airframe, flight.scenario.mpc
     velocity, rate, angle = mpc.velocity_limit, mpc.angular_velocity_limit, mpc.attitude_limit
     uses = {
@@ -122,11 +130,10 @@ def bounds(flight: Flight) -> dict[str, dict[str, Any]]:
     return uses
 
 
-def solver_summary(flight: Flight) -> dict[str, Any]:
-    """How the solver fared: failures of the problem as posed, what stood in, iterations, and time per step.
+def solver_summary(flight: Flight) -> SolverSummary:
+    """How the solver of a flight with at least one sample fared.
 
-    Without a solver `present` is false, the counts are 0 and `step_ms` is null. As a wall-clock reading of the machine
-    that flew, `step_ms` is null for a flight loaded from disk too.
+    Time per step is a wall-clock reading, so a flight loaded from disk has none.
     """
     counts = {
         fallback.name.lower(): int((flight.solver_fallback == fallback).sum())
@@ -136,53 +143,59 @@ def solver_summary(flight: Flight) -> dict[str, Any]:
     step_ms = None
     if flight.wall_clock is not None and flight.has_solver:
         step = 1e3 * flight.wall_clock.step
-        step_ms = {"median": float(np.median(step)), "p99": float(np.percentile(step, 99)), "max": float(step.max())}
-    return {
-        "present": flight.has_solver,
-        "failures": int((flight.solver_success == 0).sum()) if flight.has_solver else 0,
-        "fallbacks": sum(counts.values()),
-        "fallback_counts": counts,
-        "iterations": int(flight.solver_iterations.sum()),
-        "iterations_max": int(flight.solver_iterations.max()),
-        "step_ms": step_ms,
-    }
+        step_ms = StepTime(float(np.median(step)), float(np.percentile(step, 99)), float(step.max()))
+    return SolverSummary(
+        present=flight.has_solver,
+        failures=int((flight.solver_success == 0).sum()) if flight.has_solver else 0,
+        fallback_counts=counts,
+        iterations=int(flight.solver_iterations.sum()),
+        iterations_max=int(flight.solver_iterations.max()),
+        step_ms=step_ms,
+    )
 
 
-def compute_metrics(flight: Flight) -> dict[str, Any]:
-    """All metrics of a flight with at least one sample, ready for JSON: what is not known is None.
+def measure(flight: Flight) -> Metrics:
+    """All metrics of a flight with at least one sample.
 
-    Lengths in m, times in s, angles in rad where the name does not say `_deg`. `wall_s`, `real_time_factor` and
-    `solver.step_ms` are wall-clock readings, null for a flight loaded from disk. The first two are of the whole run,
+    Wall-clock readings are None for a flight loaded from disk. `wall_s` and `real_time_factor` are of the whole run,
     whether or not a solver was part of it.
     """
     error = position_error(flight)
     tracking_max, tracking_rms = _statistics(tracking_error(flight))
     wall = flight.wall_clock.total if flight.wall_clock is not None else None
     flown = float(flight.time[-1])
-    return {
-        "law": flight.law,
-        "own_blocks": dict(flight.own_blocks),
-        "rebuilds_from_scenario": flight.rebuilds_from_scenario,
-        "samples": len(flight.time),
-        "complete": len(flight.time) == len(flight.scenario.sample_times()),
-        "throughput_bit_per_hz": throughput(flight),
-        "outage": {f"{threshold:g}": fraction for threshold, fraction in outage(flight).items()},
-        "fades": fade_summary(flight),
-        "position_error_max_m": float(error.max()),
-        "position_error_rms_m": float(np.sqrt((error**2).mean())),
-        "tracking_error_max_m": tracking_max,
-        "tracking_error_rms_m": tracking_rms,
-        "attitude_error_rms_deg": np.rad2deg(np.sqrt((attitude_error(flight) ** 2).mean(axis=0))).tolist(),
-        "bounds": bounds(flight),
-        "solver": solver_summary(flight),
-        "wall_s": wall,
-        "real_time_factor": flown / wall if wall else None,
-        "versions": versions(),
-    }
+    return Metrics(
+        law=flight.law,
+        own_blocks=dict(flight.own_blocks),
+        rebuilds_from_scenario=flight.rebuilds_from_scenario,
+        samples=len(flight.time),
+        complete=len(flight.time) == len(flight.scenario.sample_times()),
+        throughput_bit_per_hz=throughput(flight),
+        outage=outage(flight),
+        fades=fade_summary(flight),
+        position_error_max_m=float(error.max()),
+        position_error_rms_m=float(np.sqrt((error**2).mean())),
+        tracking_error_max_m=tracking_max,
+        tracking_error_rms_m=tracking_rms,
+        attitude_error_rms_deg=tuple(np.rad2deg(np.sqrt((attitude_error(flight) ** 2).mean(axis=0))).tolist()),
+        bounds=bounds(flight),
+        solver=solver_summary(flight),
+        wall_s=wall,
+        real_time_factor=flown / wall if wall else None,
+        versions=versions(),
+    )
+
+
+def compute_metrics(flight: Flight) -> dict[str, Any]:
+    """`measure` of a flight as the dictionary of metrics.json, `compute_metrics(flight)["throughput_bit_per_hz"]`.
+
+    What is not known is None. Numbers that are not finite are None in the file alone.
+    """
+    return measure(flight).as_json()
 
 
 def versions() -> dict[str, str | None]:
-    """What this process flies with: versions by name, null for a package that is not installed, and the platform."""
+    """What this process flies with: versions by name, None for a package that is not installed, and the platform."""
     packages = {"drake": "pydrake", "numpy": "numpy", "scipy": "scipy", "piqp": "piqp"}
     found = {name: version(name) if is_installed(module) else None for name, module in packages.items()}
     own = {"a2s_drake": version("a2s_drake")}

@@ -10,7 +10,7 @@ from pydrake.systems.framework import Context, Diagram, OutputPort
 
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.signals import SolverStatus, State
-from a2s_drake.common.wiring import check_ports, own_blocks
+from a2s_drake.common.wiring import check_ports, own_blocks, track_files
 from a2s_drake.flight.divergence import DivergenceMonitor
 from a2s_drake.flight.log import Flight, FlightEnded, FlightInterrupted, Sample, WallClock, array_columns
 from a2s_drake.flight.signals import Signals, printable
@@ -56,7 +56,7 @@ def run_flight(
         reaches the caller as it is.
       target_realtime_rate: how fast simulated time may pass over wall-clock time; 0 means as fast as it can.
     Raises:
-      ScenarioError: when a track file that the scenario names cannot be read.
+      ScenarioError: when a track file must be read now, because the diagram holds no note of it, and cannot be.
       TypeError, WiringError: before the flight, when an entry of `log` is no vector-valued port in this diagram, or a
         port with one of the names above has another size; names it.
       FlightEnded: when the vehicle's motion diverges, or Drake refuses to go on; names time and reason.
@@ -80,7 +80,7 @@ def run_flight(
     reader, receiver = signals.reader(context), _Receiver()
     names = {role: printable(name) for role, name in own_blocks(diagram).items()}
     rows: list[dict[str, Any]] = []
-    files = read_files(scenario.mission)  # as they are at take-off
+    files = _files_flown(diagram, scenario)
     begin = perf_counter()
 
     def flown() -> Flight:
@@ -107,10 +107,10 @@ def run_flight(
             except (RuntimeError, FloatingPointError) as error:  # of Drake, of a block, or of the monitor
                 if not rows:
                     raise  # It never flew: the diagram is at fault, not the flight.
-                # In the middle of a step Drake notices first that a state has overflowed, and names what it came upon.
+                # Within a step Drake sees an overflow first. Its message names a block, not the cause.
                 reason = monitor.overflow() if monitor.has_overflowed(context) else error
                 raise FlightEnded(f"the flight ended at t = {context.get_time():.3f} s: {reason}", flown()) from error
-            # Outside the inner try: errors of theirs are no end of the flight.
+            # These calls stand outside the inner try, because an error in them does not mean that the flight failed.
             if progress is not None:
                 progress(1)
             if observer is not None:
@@ -118,6 +118,18 @@ def run_flight(
     except KeyboardInterrupt:
         raise FlightInterrupted(f"interrupted at t = {context.get_time():.2f} s", flown()) from None
     return flown()
+
+
+def _files_flown(diagram: Diagram, scenario: Scenario) -> dict[str, bytes]:
+    """The content of each track file that a scenario names, by field, as the diagram was built with it.
+
+    The file on the disk may have changed since the diagram was built, but the blocks have not. A diagram whose builder
+    noted nothing leaves only the files as they are now.
+    """
+    noted = track_files(diagram)
+    if noted is None:
+        return read_files(scenario.mission)
+    return {field: content for field, content in noted.items() if getattr(scenario.mission, field, None) is not None}
 
 
 def _read(diagram: Diagram, context: Context, name: str) -> FloatArray:

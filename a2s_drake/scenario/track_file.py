@@ -49,10 +49,15 @@ def read_files(mission: Mission) -> dict[str, bytes]:
       ScenarioError: when one cannot be read, is no regular file or too large; names the field and the file.
     """
     names = {field: getattr(mission, field) for field in COPIES}
-    return {field: _content(field, name) for field, name in names.items() if name is not None}
+    return {field: read_content(field, name) for field, name in names.items() if name is not None}
 
 
-def _content(field: str, name: str) -> bytes:
+def read_content(field: str, name: str) -> bytes:
+    """The content of the track file that a field of `mission` names.
+
+    Raises:
+      ScenarioError: when it cannot be read, is no regular file or too large; names the field and the file.
+    """
     try:
         mode = Path(name).stat().st_mode
         if stat.S_ISDIR(mode):
@@ -80,7 +85,7 @@ def read_track(mission: Mission, field: str, content: bytes | None = None) -> tu
     """
     name = getattr(mission, field)
     if content is None:
-        content = _content(field, name)
+        content = read_content(field, name)
 
     def refused(line: int, words: str) -> ScenarioError:
         return refuse(f"mission.{field}", name, f"line {line}: {words}")
@@ -145,19 +150,6 @@ def _number(name: str, cell: str) -> float:
     return value
 
 
-def with_copies(scenario: Scenario, files: Mapping[str, bytes]) -> tuple[Scenario, dict[str, bytes]]:
-    """A scenario that names the copies of its track files, and the content of each copy by its name.
-
-    Args:
-      files: content by field; a file that is not among them is read now.
-    """
-    changed, contents = copy.deepcopy(scenario), {}
-    for field, content in _named(scenario, files).items():
-        setattr(changed.mission, field, COPIES[field])
-        contents[COPIES[field]] = content
-    return changed, contents
-
-
 def by_content(scenario: Scenario, files: Mapping[str, bytes]) -> Scenario:
     """A scenario with a digest of each track file in place of its name, to compare scenarios by what is flown.
 
@@ -165,26 +157,22 @@ def by_content(scenario: Scenario, files: Mapping[str, bytes]) -> Scenario:
       files: content by field; a file that is not among them is read now.
     """
     changed = copy.deepcopy(scenario)
-    for field, content in _named(scenario, files).items():
+    for field, content in contents(scenario, files).items():
         setattr(changed.mission, field, f"sha256 {hashlib.sha256(content).hexdigest()}")
     return changed
 
 
-def _named(scenario: Scenario, files: Mapping[str, bytes]) -> dict[str, bytes]:
+def contents(scenario: Scenario, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The content of each track file that a scenario names, by field.
+
+    Args:
+      files: content by field; a file that is not among them is read now.
+    Raises:
+      ScenarioError: when a file cannot be read; names it.
+    """
     names = {field: getattr(scenario.mission, field) for field in COPIES}
     return {
-        field: files[field] if field in files else _content(field, name)
+        field: files[field] if field in files else read_content(field, name)
         for field, name in names.items()
         if name is not None
     }
-
-
-def copies_named_in(folder: Path) -> set[str]:
-    """The copies that an earlier flight in a folder has left there; none where there is no such flight."""
-    try:
-        if not (folder / "flight.npz").exists():
-            return set()
-        mission = Scenario.load(folder / "scenario.yaml").mission
-    except (OSError, ValueError):
-        return set()
-    return {name for field, name in COPIES.items() if getattr(mission, field) == str(folder / name)}

@@ -182,8 +182,8 @@ def outcome(flights: Mapping[str, Flight], mission: str) -> Outcome:
         hover_gain=_hover_gain(planned),
         plan_share=throughput(planned) / _held(planned, plan),
         position_error=float(position_error(planned).max()),
-        failures=sum(solver_summary(flight)["failures"] for flight in flown.values()),
-        excess=max(bound["worst_excess_of_range"] for bound in bounds(planned).values()),
+        failures=sum(solver_summary(flight).failures for flight in flown.values()),
+        excess=max(bound.worst_excess_of_range for bound in bounds(planned).values()),
     )
 
 

@@ -48,7 +48,7 @@ def assert_alike(one: Flight, other: Flight) -> None:
 def test_a_folder_alone_flies_the_flight_again(dut: Scenario, tmp_path: Path, monkeypatch) -> None:
     flight, path, track = flown(dut), Path(dut.mission.path_file), Path(dut.mission.ship_track_file)
     before = {"path.csv": path.read_bytes(), "ship_track.csv": track.read_bytes()}
-    path.write_text("nonsense")  # What was flown is what was in the files at take-off.
+    path.write_text("nonsense")  # The flight keeps what was in the files when its diagram was built.
     track.unlink()
     flight.save(tmp_path / "out")
     assert names_in(tmp_path / "out") == ["flight.npz", "path.csv", "scenario.yaml", "ship_track.csv"]
@@ -84,35 +84,29 @@ def test_a_later_flight_leaves_no_copy_of_an_earlier_one(dut: Scenario, tmp_path
     assert Flight.load(tmp_path / "out").files == {}
 
 
-def test_a_file_that_no_flight_has_left_stays(tmp_path: Path) -> None:
-    (tmp_path / "path.csv").write_text("mine")
-    for _ in range(2):
-        made_up_flight().save(tmp_path)
-    assert (tmp_path / "path.csv").read_text() == "mine"
-    # Neither is a folder with a scenario of the user's own that was never flown.
-    (tmp_path / "flight.npz").unlink()
-    (tmp_path / "scenario.yaml").write_text("mission: {path_file: path.csv}\n")
-    made_up_flight().save(tmp_path)
-    assert (tmp_path / "path.csv").read_text() == "mine"
-
-
 def test_a_flight_made_by_hand_is_saved_with_the_files_of_now(dut: Scenario, tmp_path: Path) -> None:
     dataclasses.replace(made_up_flight(), scenario=dut).save(tmp_path / "out")
     assert (tmp_path / "out" / "path.csv").read_bytes() == Path(dut.mission.path_file).read_bytes()
 
 
-def test_a_folder_without_its_copy_is_refused_by_name(dut: Scenario, tmp_path: Path) -> None:
-    flown(dut).save(tmp_path / "out")
-    (tmp_path / "out" / "path.csv").unlink()
-    with pytest.raises(ScenarioError, match=r"mission.path_file = '.*out/path.csv': No such file"):
-        Flight.load(tmp_path / "out")
-
-
-def test_a_flight_begins_only_with_its_files(dut: Scenario) -> None:
-    diagram = build_link_only(dut)
-    Path(dut.mission.path_file).unlink()
+@pytest.mark.parametrize("damage", ["lost", "a folder"])
+def test_a_flight_without_its_copy_loads_without_that_file(dut: Scenario, tmp_path: Path, damage: str) -> None:
+    flight = flown(dut)
+    flight.save(tmp_path / "out")
+    copy = tmp_path / "out" / "path.csv"
+    copy.unlink()
+    if damage == "a folder":
+        copy.mkdir()
+    with pytest.warns(
+        UserWarning, match=r"^mission.path_file = '.*out/path.csv': [^\n]*; the flight is loaded"
+    ) as told:
+        loaded = Flight.load(tmp_path / "out")
+    assert [Path(warning.filename).name for warning in told] == ["test_copies.py"]
+    assert_alike(loaded, flight)
+    assert loaded.files == {"ship_track_file": flight.files["ship_track_file"]}
+    # Its folder would not fly it again, so that it is not saved as if it did.
     with pytest.raises(ScenarioError, match=r"^mission.path_file = "):
-        run_flight(diagram, dut)
+        loaded.save(tmp_path / "other")
 
 
 def test_a_replay_shows_what_was_flown(dut: Scenario) -> None:

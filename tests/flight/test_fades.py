@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from a2s_drake import compute_metrics
 from a2s_drake.flight import metrics
-from a2s_drake.flight.metrics import fade_durations, fade_summary, fades, write_metrics
+from a2s_drake.flight.metrics import fade_durations, fade_summary, fades, measure, write_metrics
 from tests.support.flights import SAMPLES, made_up_flight
 
 PERIOD = 0.02
@@ -39,28 +39,30 @@ def stretches(snr: list[float], threshold: float) -> list[int]:
 def test_fades_are_the_stretches_that_a_loop_finds(snr: list[float]) -> None:
     flight = flight_with(snr)
     summary = fade_summary(flight)
-    assert list(summary) == ["0", "3", "6", "9", "12"]
+    assert list(summary) == [0.0, 3.0, 6.0, 9.0, 12.0]
     for threshold, dut in summary.items():
-        lengths = stretches(snr, float(threshold))
-        np.testing.assert_allclose(fade_durations(flight, float(threshold)), PERIOD * np.array(lengths, float))
-        assert dut["count"] == fades(flight, float(threshold)) == len(lengths)
+        lengths = stretches(snr, threshold)
+        np.testing.assert_allclose(fade_durations(flight, threshold), PERIOD * np.array(lengths, float))
+        assert dut.count == fades(flight, threshold) == len(lengths)
         if lengths:
-            assert dut["median_s"] == pytest.approx(PERIOD * float(np.median(lengths)))
-            assert dut["longest_s"] == pytest.approx(PERIOD * max(lengths))
+            assert dut.median_s == pytest.approx(PERIOD * float(np.median(lengths)))
+            assert dut.longest_s == pytest.approx(PERIOD * max(lengths))
         else:
-            assert dut["median_s"] is dut["longest_s"] is None
+            assert dut.median_s is dut.longest_s is None
 
 
 def test_a_sine_fades_for_half_its_period() -> None:
     # 10 sin(2 pi t / 2 s) dB, seen for 8 s: below 0 dB for 1 s, four times.
     time = 0.02 * np.arange(400) + 0.01
-    dut = fade_summary(flight_with((10.0 * np.sin(np.pi * time)).tolist()))["0"]
-    assert dut == pytest.approx({"count": 4, "median_s": 1.0, "longest_s": 1.0})
+    dut = fade_summary(flight_with((10.0 * np.sin(np.pi * time)).tolist()))[0.0]
+    assert dut.as_json() == pytest.approx({"count": 4, "median_s": 1.0, "longest_s": 1.0})
 
 
 def test_the_metrics_hold_the_fades() -> None:
     flight = flight_with([-1.0, 20.0, 1.0, -1.0, -1.0])
-    assert compute_metrics(flight)["fades"] == fade_summary(flight)
+    assert measure(flight).fades == fade_summary(flight)
+    once = {"count": 1, "median_s": 0.1, "longest_s": 0.1}
+    assert compute_metrics(flight_with([-1.0] * 5))["fades"] == dict.fromkeys(["0", "3", "6", "9", "12"], once)
 
 
 def at_row(row: int, value: list[float], width: int = 3) -> np.ndarray:
