@@ -7,6 +7,7 @@ if TYPE_CHECKING:  # What a type checker and an editor see; at run time each nam
     from a2s_drake.common.signals import SolverStatus
     from a2s_drake.common.wiring import WiringError, build_wired
     from a2s_drake.control.controller import MpcController
+    from a2s_drake.flight.folder import write_results
     from a2s_drake.flight.log import Flight, FlightEnded, FlightInterrupted, WallClock
     from a2s_drake.flight.metrics import compute_metrics
     from a2s_drake.flight.run import run_flight
@@ -62,6 +63,7 @@ _MODULES = {
     "common.wiring": ("build_wired", "WiringError"),
     "flight.log": ("Flight", "FlightEnded", "FlightInterrupted", "WallClock"),
     "flight.run": ("run_flight",),
+    "flight.folder": ("write_results",),
     "flight.metrics": ("compute_metrics",),
 }
 _MODULE_OF = {name: f"{__name__}.{module}" for module, names in _MODULES.items() for name in names}
@@ -103,6 +105,7 @@ __all__ = [
     "FlightInterrupted",
     "WallClock",
     "run_flight",
+    "write_results",
     "compute_metrics",
 ]
 

@@ -19,7 +19,7 @@ PLAN = "plan.npz"
 @interrupts_put_off()
 def write_results(
     flight: Flight,
-    folder: Path,
+    folder: Path | str,
     plan: AttitudeSpline | None = None,
     *,
     csv: bool = False,
@@ -37,6 +37,7 @@ def write_results(
     Raises:
       ResultsError: when the disk refuses, or the replay cannot be made; says what is kept.
     """
+    folder = Path(folder)
     with what_is_kept(f"{folder} is as it was"):
         folder.mkdir(parents=True, exist_ok=True)
     with held(folder):

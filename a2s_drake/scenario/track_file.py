@@ -98,7 +98,7 @@ def read_track(mission: Mission, field: str, content: bytes | None = None) -> tu
     rows = _filled(reader)
     table: list[list[float]] = []
     try:
-        header = tuple(next(rows, ()))
+        header = tuple(name.lower() for name in next(rows, ()))
         if header not in _HEADERS[field]:
             allowed = " or ".join(map(",".join, _HEADERS[field]))
             raise refused(max(reader.line_num, 1), f"the header must be {allowed}, is {quoted(','.join(header))}")

@@ -155,3 +155,9 @@ def test_a_saved_scenario_names_the_same_files(tmp_path: Path, monkeypatch) -> N
     again = Scenario.load(tmp_path / "out" / "mine.yaml").mission
     assert Path(again.path_file).resolve() == tmp_path / "data" / "path.csv"
     assert again.ship_track_file == "/ship.csv"
+
+
+def test_the_names_in_the_header_may_be_written_large(tmp_path: Path) -> None:
+    small, large = read(tmp_path, GOOD), read(tmp_path, GOOD.replace("time,x,y,z", "Time,X,Y,Z"))
+    for mine, theirs in zip(large, small, strict=True):
+        np.testing.assert_array_equal(mine, theirs)
