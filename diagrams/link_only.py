@@ -68,7 +68,7 @@ def build_link_only(
     else:
         measured = wiring.add("vehicle_state", Multiplexer([3, 3, 6]), pose, {"y0": "vehicle_state"})
     wiring.add(NAMES["channel"], maker.make("channel"))
-    wiring.export_outputs({*_EXPORTED, *maker.own_outputs})
+    wiring.export(outputs={*_EXPORTED, *maker.own_outputs})
     builder.ExportOutput(measured.get_output_port(), "measured_state")
     diagram = build_wired(builder, "link_only")
     mark_own_blocks(diagram, maker.own)

@@ -1,6 +1,6 @@
 """Checks of wiring: a block given in place of another must fit, and nothing may be left unconnected."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from pydrake.multibody.plant import MultibodyPlant
@@ -116,11 +116,12 @@ class NamedWiring:
         self._open += still_open
         return block
 
-    def export(self, given: Diagram | None = None) -> None:
-        """Makes the inputs that are still open, and every output, ports of the diagram, each named after its signal.
+    def export(self, given: Diagram | None = None, outputs: Collection[str] | None = None) -> None:
+        """Makes the inputs that are still open, and outputs, ports of the diagram, each named after its signal.
 
         Args:
           given: the only diagram that the inputs can come from; anything may be asked for without it.
+          outputs: the signals to show; all of them without it.
         Raises:
           WiringError: for an input that nothing gives; names its block.
         """
@@ -135,12 +136,8 @@ class NamedWiring:
             if port.size() != exported[signal]:
                 raise WiringError(f"{what}: input {signal} has size {port.size()}, must have {exported[signal]}")
             self._builder.ConnectInput(signal, port)
-        self.export_outputs(set(self._outputs))
-
-    def export_outputs(self, names: set[str]) -> None:
-        """Makes the signals of some names outputs of the diagram, where they are there."""
         for name, output in self._outputs.items():
-            if name in names:
+            if outputs is None or name in outputs:
                 self._builder.ExportOutput(output, name)
 
     def _connect(self, signal: str, port: InputPort, what: str) -> None:

@@ -8,7 +8,7 @@ ANGLES = ("roll", "pitch", "yaw")
 
 
 def columns_of(unit: str, column: str, parts: Sequence[str] = ("",)) -> list[str]:
-    """The name of each column of an array, which ends in the unit."""
+    """The names of an array's columns; each ends in the unit, if there is one."""
     suffix = f"_{unit.lower().replace('/', '_per_')}" if unit else ""
     return [column.format(part) + suffix for part in parts]
 
@@ -19,7 +19,7 @@ def logged(unit: str, column: str, parts: Sequence[str] = ("",)) -> dict[str, An
 
 
 def optional(unit: str, columns: Sequence[str]) -> Any:
-    """The field of an array that not every diagram gives; where a flight is made without it, it is NaN throughout."""
+    """The field of an array that not every diagram gives. A flight that is made without it holds NaN there."""
     return field(default=None, metadata={"unit": unit, "columns": list(columns), "optional": True})
 
 

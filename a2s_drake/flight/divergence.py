@@ -1,4 +1,4 @@
-"""Divergence: how a flight ends whose body turns too fast for the integration to follow."""
+"""Divergence: the end of a flight in which the body turns too fast for the integration to follow."""
 
 import numpy as np
 from pydrake.systems.framework import Context, Diagram, EventStatus
@@ -6,8 +6,8 @@ from pydrake.systems.framework import Context, Diagram, EventStatus
 from a2s_drake.common.signals import State
 from a2s_drake.scenario.parts import Simulation
 
-# A body that turns by more than this in one step, rad, might as well have turned the other way round: no scheme of
-# fixed step can tell. The schemes themselves stop being stable earlier still (the third-order one at sqrt(3) rad).
+# If a body turns by more than this angle, rad, in one step, no fixed-step scheme can tell in which direction it turned.
+# The schemes become unstable at smaller angles already: the third-order one at sqrt(3) rad.
 _HALF_A_TURN = np.pi
 
 _SLOW_DOWN = "slow the body down by airframe.inertia, disturbance.inertia_factor or disturbance.rotor_efficiency"
@@ -20,7 +20,7 @@ class Diverged(FloatingPointError):
 class DivergenceMonitor:
     """Watches a simulation at each integration step: `Simulator.set_monitor` takes it.
 
-    It changes nothing, so that a flight that ends well is the same with it and without.
+    It changes nothing: a flight that ends well is the same with it and without it.
     """
 
     def __init__(self, diagram: Diagram, simulation: Simulation, period: float) -> None:
@@ -38,7 +38,7 @@ class DivergenceMonitor:
         size = _size(context)
         if not np.isfinite(size):
             raise self.overflow()
-        # The angular velocity is part of the state, so a small state rules a fast turn out at little cost.
+        # The angular velocity is part of the state. So if the whole state is small, the body cannot turn fast.
         if size * self._step > _HALF_A_TURN:
             omega = State(self._vehicle_state.Eval(context)).angular_velocity
             self._check_speed(float(np.linalg.norm(omega)))

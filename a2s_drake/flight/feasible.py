@@ -131,7 +131,7 @@ def _check_distance(scenario: Scenario, times: FloatArray, courses: Courses) -> 
 
 
 def _closest(between: FloatArray) -> float:
-    """How close to zero vectors (n, 3) come in between too, where they change as good as linearly, m."""
+    """The smallest length of vectors (n, 3), m, between the rows too, where they change almost linearly."""
     start, step = between[:-1], np.diff(between, axis=0)
     length = np.maximum((step * step).sum(axis=1), np.finfo(float).tiny)
     share = np.clip(-(start * step).sum(axis=1) / length, 0.0, 1.0)

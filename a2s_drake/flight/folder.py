@@ -1,4 +1,4 @@
-"""What a run writes into its folder: scenario, log, plan, metrics, and what is asked for beside."""
+"""What a run writes into its folder: scenario, log, plan, metrics, and more files on request."""
 
 import warnings
 from collections.abc import Callable
@@ -25,11 +25,12 @@ def write_results(
     csv: bool = False,
     replay: Callable[[Flight, Path], Any] | None = None,
 ) -> None:
-    """Writes scenario.yaml, flight.npz, the plan if any, where there is a sample metrics.json, and what is asked for.
+    """Writes scenario.yaml, flight.npz, the plan if there is one, metrics.json, and the files that are asked for.
 
-    What is there of an earlier flight goes, so that all in the folder is of one, even after an interrupt. Of two
-    processes that write into the same folder at the same time, one waits for the other. A warning says so where
-    scenario.yaml alone cannot rebuild the flight, because a block of the user's own flew.
+    A flight without a sample has no metrics.json. Files of an earlier flight are removed, so that all files in the
+    folder belong to one flight, even after an interrupt. If two processes write into the same folder at the same time,
+    one waits for the other. A warning says when scenario.yaml alone cannot rebuild the flight, because a block of the
+    user's own flew.
 
     Args:
       csv: whether to write flight.csv too.
@@ -48,7 +49,7 @@ def write_results(
                 with written_whole(folder / PLAN) as part:
                     save_plan(plan, part, flight.scenario)
                     flight.save(folder)
-        # Only now is the new flight safe, and what is left of the one before can go.
+        # The new flight is on the disk now, so files that an earlier one has left can be removed.
         with what_is_kept(f"the flight itself is in {folder}"):
             for name in ("metrics.json", "flight.csv", "replay.html", *([] if plan else [PLAN])):
                 (folder / name).unlink(missing_ok=True)

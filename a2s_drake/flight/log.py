@@ -171,7 +171,7 @@ class Flight:
         arrays = self._saved()
         folder.mkdir(parents=True, exist_ok=True)
         copies = Copies.placed(folder, self.scenario, self.files)
-        # All take their places at the end, the log last: where it is missing, there is no flight.
+        # The files are moved into place at the end, the log last, because a folder without a log holds no flight.
         with ExitStack() as stack:
             parts = ("flight.npz", "scenario.yaml", *copies.written)
             log, settings, *tracks = (stack.enter_context(written_whole(folder / name)) for name in parts)
@@ -192,9 +192,10 @@ class Flight:
         return arrays
 
     def columns(self) -> dict[str, FloatArray]:
-        """Every scalar of the log by a name that ends in its unit, as `save_csv` writes them, each of shape (n,).
+        """Every scalar of the log by a name, as `save_csv` writes them, each of shape (n,).
 
-        The columns of a signal are its name with `_1`, `_2` and so on.
+        The name of an array's column ends in its unit, if it has one. A signal of the user's own has no known unit: its
+        columns are its name with `_1`, `_2` and so on.
         `pandas.DataFrame(flight.columns())` makes a table of it.
         """
         table: dict[str, FloatArray] = {}
@@ -221,7 +222,7 @@ class Flight:
     def load(cls, folder: Path | str) -> Self:
         """Reads what `save` wrote.
 
-        A track file that cannot be read is only missing in `files`: a UserWarning names it, and the log is whole.
+        A track file that cannot be read is left out of `files`, and a UserWarning names it.
 
         Raises:
           OSError: when a file cannot be read; ScenarioError or ValueError, which name the file: when one is damaged.
@@ -286,7 +287,7 @@ class FlightEnded(RuntimeError):
         self.flight = flight
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Both arguments travel, so that it can leave a worker process."""
+        """Pickles both arguments, so that a worker process can hand the error on."""
         return type(self), (str(self), self.flight)
 
 

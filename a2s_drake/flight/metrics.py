@@ -44,8 +44,8 @@ def outage(flight: Flight) -> dict[float, float]:
 def fade_durations(flight: Flight, threshold_db: float = 0.0) -> FloatArray:
     """How long the SNR stays below a threshold, dB, each time it goes below: s, shape (count,).
 
-    A sample stands for T_s, as in `throughput`. A fade that the flight's beginning or end cuts off counts as long as
-    it is seen.
+    A sample stands for T_s, as in `throughput`. A fade that the beginning or end of the flight cuts off counts with the
+    part that is seen.
     """
     below = np.concatenate([[False], flight.snr_db < threshold_db, [False]])
     begins, ends = np.flatnonzero(~below[:-1] & below[1:]), np.flatnonzero(below[:-1] & ~below[1:])

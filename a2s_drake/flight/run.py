@@ -45,20 +45,20 @@ def run_flight(
 
     Args:
       diagram: `closed_loop` or `link_only` of `diagrams.BUILDERS`, built for this scenario, or one of the user's that
-        exports the same ports. These it may export or not, under exactly these names: `rotor_speed_squared` and
+        exports the same ports. It may also export these, under exactly these names: `rotor_speed_squared` and
         `solver_status` of a controller, `ship_antenna_position`, `reflection` (magnitude, phase), `position_command`,
         `snr_measurement` (dB, time stamp), `measured_state`, `phasor` and `force_estimate`.
       progress: called with 1 after each sample; what it raises reaches the caller as it is.
       log: ports whose values the flight keeps as `Flight.signals`, vector-valued, of the diagram or of any block in it;
-        `a2s_drake.flight.signals.Signals` says which names they get. Row k shows them at the state at t_k; what a
-        sampled block puts out is what holds from t_k on, as it is with the rotor speeds.
+        `a2s_drake.flight.signals.Signals` says which names they get. Row k holds their values at the state at t_k. A
+        sampled block shows the value that holds from t_k on, as the rotor speeds do.
       observer: called with each sample as soon as it is logged; it must not change what it is given. What it raises
         reaches the caller as it is.
       target_realtime_rate: how fast simulated time may pass over wall-clock time; 0 means as fast as it can.
     Raises:
       ScenarioError: when a track file must be read now, because the diagram holds no note of it, and cannot be.
-      TypeError, WiringError: before the flight, when an entry of `log` is no vector-valued port in this diagram, or a
-        port with one of the names above has another size; names it.
+      TypeError, WiringError: before the flight, when `log` is no list, an entry of it is no vector-valued port in this
+        diagram, or a port with one of the names above has another size; names it.
       FlightEnded: when the vehicle's motion diverges, or Drake refuses to go on; names time and reason.
       FlightInterrupted: on KeyboardInterrupt.
     """
@@ -154,7 +154,7 @@ class _Receiver:
         self._stamp = np.nan
 
     def new(self, value: float, stamp: float) -> float:
-        """A measured value, dB, where it was not there before; else NaN. Before the first one the stamp is NaN."""
+        """The measured value, dB, if it is new, else NaN. Before the first measurement the stamp is NaN."""
         if np.isnan(stamp) or stamp == self._stamp:
             return np.nan
         self._stamp = stamp
@@ -174,7 +174,7 @@ def _read_beliefs(diagram: Diagram, context: Context, exported: Collection[str],
         name: read(name) for name in ("ship_antenna_position", "measured_state", "phasor", "force_estimate")
     }
     row["reflection_magnitude"], row["reflection_phase"] = read("reflection")
-    # A law without this port moves nothing: it wants the vehicle on its path.
+    # A law without this port keeps the vehicle on its path.
     command = "position_command" if "position_command" in exported else "position_reference"
     row["position_command"] = _read(diagram, context, command)
     row["snr_measured_db"] = receiver.new(*read("snr_measurement"))
@@ -182,7 +182,7 @@ def _read_beliefs(diagram: Diagram, context: Context, exported: Collection[str],
 
 
 def _read_input(diagram: Diagram, context: Context, exported: Collection[str]) -> dict[str, Any]:
-    """What the update at t_k decides; a diagram without a controller has none of it, and not every one has a solver."""
+    """What the update at t_k decides. Rotor speeds are NaN without a controller, solver fields 0 without a solver."""
     has_rotors, has_solver = "rotor_speed_squared" in exported, "solver_status" in exported
     status = SolverStatus(_read(diagram, context, "solver_status") if has_solver else np.zeros(4))
     return {

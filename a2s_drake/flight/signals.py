@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -29,9 +29,10 @@ class Signals:
         """The signals of some ports. A port given twice is kept once.
 
         Raises:
-          TypeError: when an entry is no output port; names it.
+          TypeError: when `ports` is no list, or an entry is no output port; names it.
           WiringError: when a port is abstract, or belongs to no block of the diagram; names it.
         """
+        _check_list(ports)
         places = dict(_blocks(diagram, ())) if ports else {}
         found: dict[tuple[System, int], OutputPort] = {}
         for place, port in enumerate(ports):
@@ -78,6 +79,13 @@ def _name(block: System) -> str:
     name = block.get_name()
     made_up = _MADE_UP.fullmatch(name)
     return made_up[1] if made_up else printable(name)
+
+
+def _check_list(ports: Any) -> None:
+    if isinstance(ports, Iterable) and not isinstance(ports, str | bytes):
+        return
+    what = f"{_name(ports.get_system())}.{ports.get_name()}" if isinstance(ports, OutputPort) else ports
+    raise TypeError(f"log = {quoted(what)}: must be a list of output ports, [port] for a single one")
 
 
 def _check(entry: str, port: Any, places: Mapping[System, tuple[str, ...]], diagram: Diagram) -> None:

@@ -1,7 +1,7 @@
 """Track files: the CSV files that a scenario may name for the UAV's path and the ship's track.
 
-A scenario holds only the name of such a file. Whoever makes a motion of it reads it then, so that no old content is
-used. A flight keeps the content that it flew, see `a2s_drake.flight.log.Flight.files`.
+A scenario holds only the name of such a file. The file is read when a motion is made of it, so that no old content is
+used. A flight keeps the content that its diagram was built with, see `a2s_drake.flight.log.Flight.files`.
 """
 
 import copy
@@ -38,7 +38,7 @@ MAX_BYTES = 20_000_000
 # The farthest point, m, as for `mission.ship_start`, and the last instant, s, as for `mission.duration`.
 MAX_COORDINATE = 1e6
 MAX_TIME = 86400.0
-# Two rows that are closer in time, s, are a slip: no vehicle is planned to a microsecond.
+# Rows that are closer in time than this, s, must be a mistake: no path needs a point every microsecond.
 MIN_STEP = 1e-6
 
 

@@ -169,6 +169,17 @@ def test_what_cannot_be_logged_is_refused_before_the_flight() -> None:
     assert seen == []
 
 
+def test_a_log_that_is_no_list_is_refused_by_its_name() -> None:
+    diagram = build_link_only(SCENARIO)
+    block = find_block(diagram, "channel").GetOutputPort("snr_db")
+    for log, shown in ((block, r"'channel\.snr_db'"), ("snr_db", "'snr_db'"), (None, "None"), (3, "3")):
+        with pytest.raises(
+            TypeError, match=rf"^log = {shown}: must be a list of output ports, \[port\] for a single one$"
+        ):
+            run_flight(diagram, SCENARIO, log=log)
+    assert list(run_flight(diagram, SCENARIO, log=iter([block])).signals) == ["channel.snr_db"]
+
+
 NAMES = st.text(st.characters(exclude_categories=("C", "Z")) | st.just(" "), max_size=20)
 VALUES = st.integers(0, 3).flatmap(
     lambda width: st.lists(st.floats(width=64), min_size=SAMPLES * width, max_size=SAMPLES * width)

@@ -56,7 +56,7 @@ def faulty_loop(
             tamper(mpc.get_input_port(i))
         wiring.add("mpc", mpc)
         tamper(mpc.GetOutputPort("rotor_speed_squared"))
-        wiring.export()
+        wiring.export(outputs={"rotor_speed_squared", "predicted_state", "solver_status"})
         return build_wired(builder, "tampered")
 
     return build_closed_loop(scenario, blocks=Blocks(controller=controller))
