@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -248,7 +249,9 @@ def test_reproduce_on_a_full_disk(size: int, tmp_path: Path, capsys, monkeypatch
 @pytest.mark.parametrize(("size", "named"), [(2000, "growth.png"), (300_000, "numbers.json")])
 def test_benchmark_on_a_full_disk(size: int, named: str, tmp_path: Path, capsys, monkeypatch) -> None:
     growth = fit_growth(HORIZONS, 0.5 + 0.04 * np.array(HORIZONS), np.full(5, 7.0))
-    monkeypatch.setattr(Benchmark, "run", lambda *_: ({"numbers": list(range(100_000))}, {"piqp": growth}))
+    numbers = {"numbers": list(range(100_000))}
+    summary = SimpleNamespace(growth={"piqp": growth}, as_json=lambda: numbers)
+    monkeypatch.setattr(Benchmark, "run", lambda *_: summary)
     monkeypatch.setattr(benchmark, "benchmark_text", lambda _: "the numbers")
     asked = ["--no-peers", "--json", str(tmp_path / "numbers.json"), "--out", str(tmp_path)]
     with full_disk(size):
