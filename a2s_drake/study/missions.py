@@ -214,7 +214,7 @@ def outcome_table(outcomes: Mapping[str, Outcome]) -> str:
         "paper, zero",
         "planned",
         "over the paper",
-        "the same, positions as planned",
+        "the same, positions on the path",
         "plan held",
         "best hoverable",
         "plan over hoverable",
@@ -262,7 +262,7 @@ def _summary(outcomes: Mapping[str, Outcome]) -> str:
     lines = [
         f"least of planned over level: {_least(over_level)}",
         f"least of planned over the paper's law, the better fallback: {_least(over_paper)}",
-        f"the same with every position as planned: {_least(on_path)}",
+        f"the same with every position on the path: {_least(on_path)}",
         f"median of flown over plan, throughput: {throughput_share:.2%}",
         f"median of flown over plan, gain (where the plan wins {_LEAST_GAIN:g} % or more): {gain_share}",
         f"largest position error of planned: {100.0 * max(row.position_error for row in rows):.2f} cm",
