@@ -34,7 +34,7 @@ def end_at_once(number: int, _frame: FrameType | None) -> None:
 class Interruption:
     """The answer to signals while a script works: the first raises KeyboardInterrupt, as Ctrl-C does in Python.
 
-    One that comes later than a moment after it ends the process at once: somebody will not wait for the end.
+    A second one, more than a moment later, ends the process at once: somebody does not want to wait for the end.
     """
 
     def __init__(self) -> None:

@@ -127,7 +127,7 @@ def fly_campaign(scenarios: Mapping[str, Scenario], folder: Path, jobs: int) -> 
             return dict(tqdm(done, total=len(scenarios), unit="flight", disable=None))
     except FlightEnded as ended:
         raise CampaignEnded(f"{ended}; {keep_samples(ended, folder / 'ended')}; {kept}") from ended
-    # The planner asks more of a scenario than its validation can, and then raises ScenarioError.
+    # The planner checks more than the validation of a scenario can, and then raises ScenarioError.
     except (KeyboardInterrupt, OSError, BrokenProcessPool, ScenarioError) as error:
         raise CampaignEnded(f"{reason(error)}; {kept}") from error
 

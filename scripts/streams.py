@@ -18,7 +18,7 @@ class _TakesAll(io.FileIO):
         try:
             return super().write(data)
         except OSError as failure:
-            # A reader that leaves has seen enough. Any other failure loses what somebody wants to see.
+            # A reader that leaves has seen enough. Any other failure loses output that somebody wants to see.
             if not isinstance(failure, BrokenPipeError) and self.fileno() == 1:
                 losses.append(failure.strerror or str(failure))
             drop(self.fileno())

@@ -122,7 +122,7 @@ class CasadiQp:
     def _bind_rows(self, form: QuadraticForm) -> None:
         """Finds where each coefficient of A and G goes: into the solver's rows, or to x_0 where that is put in."""
         entries = np.arange(form.A.nnz + form.G.nnz)
-        parts = np.split(entries + 1.0, [form.A.nnz])  # From 1, lest an entry look like a zero.
+        parts = np.split(entries + 1.0, [form.A.nnz])  # From 1, so that no entry looks like a zero.
         rows = zip(parts, (form.A, form.G), strict=True)
         stacked = csc_matrix(vstack([csc_matrix((part, m.indices, m.indptr), m.shape) for part, m in rows]))
         self._rows = _sorted(stacked[self._pinned :, self._pinned :])
@@ -134,7 +134,7 @@ class CasadiQp:
         """Solves a form of the structure that the solver was set up for."""
         began = time.perf_counter()
         self._fill(form)
-        for i, view in enumerate(self._results):  # Not once for all: HPIPM's interface leaves other addresses behind.
+        for i, view in enumerate(self._results):  # Each time: HPIPM's interface changes the addresses.
             self._buffer.set_res(i, view)
         self._call()
         seconds = time.perf_counter() - began

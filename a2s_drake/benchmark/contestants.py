@@ -1,4 +1,4 @@
-"""Whoever is timed: each solves a recorded problem and says how long each part of it took."""
+"""The solvers that are timed: each solves a recorded problem and says how long each part of it took."""
 
 from dataclasses import dataclass
 from time import perf_counter
@@ -39,7 +39,7 @@ Problem = TypeVar("Problem", contravariant=True)
 
 
 class Contestant(Protocol[Problem]):
-    """Whoever solves problems of some kind."""
+    """A solver of problems of some kind."""
 
     def run(self, problem: Problem) -> Run:
         """Solves a problem."""
@@ -131,7 +131,7 @@ class Conic:
         self._program.linearize(problem.guess.starting_at(problem.x0))
         self._program.aim(problem.reference)
         if self._form is None or self._casadi is None:
-            # Set up here, untimed, since a form wants numbers to find its sparsity by.
+            # Set up here, untimed, because a form needs numbers to find its sparsity.
             self._form = QuadraticForm(self._program.prog)
             self._casadi = CasadiQp(self._name, self._form, self._mpc.horizon, self._mpc.qp_tolerance)
         begin = perf_counter()

@@ -11,7 +11,7 @@ from a2s_drake.control.solve import Solution
 from a2s_drake.scenario.parts import Airframe, Mpc
 from a2s_drake.vehicle.rigid_body import RigidBodyModel
 
-# Constants of its own, lest tuning the MPC move the baseline.
+# The constants are separate from the MPC's, so that tuning the MPC does not change the baseline.
 _SCALE = 1.0e4  # Hz^2 per unit of an input; without it OSQP takes far longer.
 _TOLERANCE = 1.0e-5
 _MAX_ITERATIONS = 4000

@@ -38,7 +38,7 @@ class _Recorder:
     def solve(self, x0: FloatArray, reference: Reference, guess: Plan, *, soft: bool = False) -> Solution:
         """See `TrackingSolver.solve`."""
         solution = self._solver.solve(x0, reference, guess, soft=soft)
-        if not soft:  # And only now: a problem whose linearisation overflows cannot be timed.
+        if not soft:  # Recorded only after the solve: a problem whose linearisation overflows cannot be timed.
             self.problems.append(TrackingProblem(x0.copy(), reference, guess))
         return solution
 
@@ -46,7 +46,7 @@ class _Recorder:
 def record(scenario: Scenario, progress: Callable[[int], Any] | None = None) -> tuple[Flight, list[TrackingProblem]]:
     """Flies a validated scenario and records its problems as posed, without those with softened bounds.
 
-    There is one a sample, and at the first sample, whose cold start iterates, some more.
+    There is one a sample. The first sample has some more, because its cold start iterates.
 
     Args:
       progress: called with 1 after each sample.
@@ -58,7 +58,7 @@ def record(scenario: Scenario, progress: Callable[[int], Any] | None = None) -> 
     planner, fed = Planner(airframe, mpc, recorder), law.needs_plan and mpc.feedforward
     blocks = Blocks(controller=lambda _: MpcController(airframe, mpc, planner, feedforward=fed))
     diagram = build_closed_loop(scenario, blocks=blocks, plan=plan_for_law(scenario))
-    mark_own_blocks(diagram, {})  # It is our controller that flies; it is only listened to.
+    mark_own_blocks(diagram, {})  # The library's own controller flies, and is only recorded.
     flight = run_flight(diagram, scenario, progress)
     if not recorder.problems:
         raise FlightEnded("the flight posed no problem that could be linearised", flight)

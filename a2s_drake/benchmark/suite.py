@@ -53,7 +53,7 @@ class Benchmark:
           FlightEnded: when the flight does.
         """
         airframe, mpc = self.scenario.airframe, self.scenario.mpc
-        # No name for a progress function: its bar goes when the stage does.
+        # A progress function gets no name, so that its bar disappears when the stage ends.
         flight, problems = record(self.scenario, progress("flying", len(self.scenario.sample_times())))
         memory = peak_memory_mib()
         exact = exact_inputs(problems, airframe, mpc, progress("solving exactly", len(problems)))

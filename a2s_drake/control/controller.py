@@ -57,7 +57,7 @@ class MpcController(LeafSystem):
     def __init__(
         self, airframe: Airframe, mpc: Mpc, planner: Planner | None = None, *, feedforward: bool = False
     ) -> None:
-        """A controller for a vehicle under some settings, with a planner of one's own in place of the one they make."""
+        """A controller for a vehicle; without a `planner` of your own, one is made from the settings."""
         LeafSystem.__init__(self)
         self._planner = planner or Planner(airframe, mpc)
         self._horizon = mpc.horizon
@@ -129,7 +129,7 @@ class MpcController(LeafSystem):
         self._store(decision, context.get_time(), shifts, discrete_state)
 
     def _store(self, decision: Decision, time: float, shifts: int, discrete_state: DiscreteValues) -> None:
-        # Hover is no plan to go on with: as after a plan shifted to its end, the next decision starts afresh.
+        # The hover plan is not continued. The next decision starts afresh, as after a plan that was shifted to its end.
         shifts = {Fallback.SHIFTED_PLAN: shifts + 1, Fallback.HOVER: self._horizon}.get(decision.fallback, 0)
         status = SolverStatus(np.zeros(4))
         status.success = float(decision.fallback is Fallback.NONE)

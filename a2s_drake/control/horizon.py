@@ -34,11 +34,11 @@ class Reference:
         return State(self.state).attitude
 
     def is_finite(self) -> bool:
-        """Whether every number is one."""
+        """Whether every number is finite."""
         return bool(np.isfinite(self.state).all() and np.isfinite(self.input).all())
 
     def within(self, centre: FloatArray, reach: FloatArray, input_reach: float) -> "Reference":
-        """The same targets, but no state further than `reach` (12,) from a centre (12,), no input beyond one (Hz^2)."""
+        """The same targets, drawn nearer: states to within `reach` (12,) of a centre (12,), and inputs, Hz^2."""
         state = np.clip(self.state, centre - reach, centre + reach)
         return Reference(state, np.clip(self.input, -input_reach, input_reach))
 
@@ -51,7 +51,7 @@ class Plan:
     input: FloatArray
 
     def is_finite(self) -> bool:
-        """Whether every number is one."""
+        """Whether every number is finite."""
         return bool(np.isfinite(self.state).all() and np.isfinite(self.input).all())
 
     def starting_at(self, x0: FloatArray) -> "Plan":

@@ -75,7 +75,7 @@ class Planner:
         rates = (_REACH * mpc.velocity_limit, _REACH * mpc.angular_velocity_limit)
         self._reach = by_part(farthest, np.pi, *rates)
         self._hover = hover_input(airframe)
-        # These two affect warnings alone: what has been told once, and what is to be told at the end of a decision.
+        # These two affect only warnings: those already given, and those to give at the end of a decision.
         self._warned: set[tuple[str, str, int | None]] = set()
         self._untold: list[str] = []
 
@@ -100,7 +100,7 @@ class Planner:
           before: the state measured one period ago, shape (12,); None where there was none.
         """
         try:
-            # States that are finite but absurd overflow on the way; what comes out is checked, so no warning is due.
+            # States that are finite but absurd overflow on the way. The result is checked, so no warning is needed.
             with np.errstate(over="ignore", invalid="ignore"):
                 return self._decide(x0, reference, previous, before)
         finally:
@@ -137,10 +137,10 @@ class Planner:
     ) -> Iterator[tuple[Fallback, Solution]]:
         """Ways to solve the problem, best first. The caller stops at the first one that works."""
         centre = np.zeros(NUM_STATES)
-        centre[POSITION] = x0[POSITION]  # A position is as good as another; attitude and rates should be small.
+        centre[POSITION] = x0[POSITION]  # Any position is allowed; attitude and rates should be small.
         target = reference.within(centre, self._reach, self._input_bounds[1])
         if guess is not None and np.abs(x0[ATTITUDE] - guess.state[0, ATTITUDE]).max() > 1.0:
-            guess = None  # It writes the same attitudes as other Euler angles.
+            guess = None  # It describes the same attitudes by other Euler angles.
         start = guess or self.hover_plan(x0)
         yield Fallback.NONE, self._attempt(x0, target, start, cold=guess is None, soft=False)
         yield Fallback.SOFTENED, self._attempt(x0, target, start, cold=False, soft=True)
@@ -180,14 +180,14 @@ class Planner:
 def _near(x0: FloatArray, expected: FloatArray, limits: FloatArray) -> bool:
     """Whether a state (12,) is within limits (m, rad of rotation, m/s, rad/s) of the expected one."""
     position, angle, velocity, rate = (part.max() for part in State(np.abs(x0 - expected)).parts)
-    if 2.0 * angle > limits[1]:  # Rarely. Euler angles may jump where nothing does, so rotations are compared.
+    if 2.0 * angle > limits[1]:  # Euler angles may jump though the vehicle does not: compare rotations.
         R_XM = rotation_matrix(expected[ATTITUDE]).T @ rotation_matrix(x0[ATTITUDE])
         angle = np.arccos(np.clip(0.5 * (np.trace(R_XM) - 1.0), -1.0, 1.0))
     return bool((np.array([position, angle, velocity, rate]) <= limits).all())  # False for NaN
 
 
 def _in_chart(x0: FloatArray) -> FloatArray:
-    """The same state in the Euler angles that the bounds speak of: pitch within +-90 deg, and off the singularity."""
+    """The same state in the Euler angles of the bounds: pitch within +-90 deg, and off the singularity."""
     largest = np.array([np.pi, 0.5 * np.pi - _OFF_SINGULARITY, np.pi])
     if (np.abs(x0[ATTITUDE]) <= largest).all():
         return x0
@@ -200,7 +200,7 @@ def _in_chart(x0: FloatArray) -> FloatArray:
 
 
 def _finite_start(x0: FloatArray) -> FloatArray:
-    """A state to predict hover from: at rest, where and how the vehicle is as far as that is known."""
+    """A state to predict hover from: at rest, with the position and the attitude that are measured, if finite."""
     start = np.zeros(NUM_STATES)
     for known in (POSITION, ATTITUDE):
         if np.isfinite(x0[known]).all():

@@ -42,10 +42,10 @@ def input_bounds(airframe: Airframe) -> tuple[float, float]:
 
 
 class TrackingProgram:
-    """The optimal control problem (eq. 15 of the paper) short of its dynamics.
+    """The optimal control problem (eq. 15 of the paper) without its dynamics.
 
-    Hard bounds on u_0..u_{N-1}; bounds on x_1..x_N, hard or, with `soft`, as exact penalties. Subclasses add
-    x_{r+1} = h_d(x_r, u_r) and pin x_0 to the measured state.
+    It has hard bounds on u_0..u_{N-1}, and bounds on x_1..x_N, which are hard or, with `soft`, exact penalties.
+    Subclasses add x_{r+1} = h_d(x_r, u_r) and fix x_0 at the measured state.
     """
 
     def __init__(self, model: RigidBodyModel, airframe: Airframe, mpc: Mpc, *, soft: bool = False) -> None:
@@ -76,7 +76,7 @@ class TrackingProgram:
         input_weights = np.full(NUM_INPUTS, self._mpc.input_weight * INPUT_SCALE**2)
         horizon = self._mpc.horizon
         self._pull_weights = np.concatenate([np.tile(self._weights, horizon + 1), np.tile(input_weights, horizon)])
-        # All stages share one evaluator, which is read once where it would be read N times.
+        # All stages share one evaluator, so it is read once and not N times.
         stage = _diagonal_cost(np.concatenate([self._weights, input_weights]))
         for state, scaled_input in zip(self._x[:-1], self._u, strict=True):
             self.prog.AddCost(stage, np.concatenate([state, scaled_input]))

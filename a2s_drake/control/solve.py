@@ -83,7 +83,7 @@ class OsqpQp:
     def __init__(self, mpc: Mpc) -> None:
         self._osqp = OsqpSolver()
         limits = {False: mpc.qp_max_iterations, True: _SOFT_ITERATIONS * mpc.qp_max_iterations}
-        # No polishing: it helps only where OSQP has guessed the active bounds, and at 1e-5 the answer needs no help.
+        # No polishing: it helps only where OSQP has guessed the active bounds, and at 1e-5 it is not needed.
         self._options = {
             soft: _options(OsqpSolver.id(), mpc, limit, polishing=0, check_termination=10)
             for soft, limit in limits.items()
@@ -103,10 +103,10 @@ class PiqpQp:
         require_piqp()
         self._piqp, self._results = PiqpSolver(), {soft: MathematicalProgramResult() for soft in (False, True)}
         limit = min(mpc.qp_max_iterations, _MAX_INTERIOR_ITERATIONS)
-        # The program is well scaled as it is, and takes 6 iterations instead of 9 without a preconditioner. Penalties
-        # and slacks are not: there it takes 15 instead of 45, or more than the limit.
-        # What stops PIQP here is the duality gap. By default it now and then stops an iteration early, 0.07 % of the
-        # rotor range off; this much less costs 4 % of a step.
+        # The hard program is well scaled. Without a preconditioner it takes 6 iterations instead of 9. Penalties and
+        # slacks are badly scaled. With a preconditioner they take 15 iterations instead of 45, or more than the limit.
+        # PIQP stops here by the duality gap. With its default it sometimes stops an iteration early, 0.07 % of the
+        # rotor range off. The smaller gap costs 4 % of a step.
         gap = _GAP_SHARE * mpc.qp_tolerance
         self._options = {
             False: _options(PiqpSolver.id(), mpc, limit, preconditioner_iter=0, eps_duality_gap_rel=gap),
@@ -115,7 +115,7 @@ class PiqpQp:
 
     def solve(self, prog: MathematicalProgram, guess: FloatArray, *, soft: bool) -> QpAnswer:
         """See `QpSolver.solve`."""
-        # One result a program, filled again and again: telling a new one of its variables costs as much as reading it.
+        # One result per program is used again and again, because setting up a new one costs as much as reading it.
         result = self._piqp.Solve(prog, guess, self._options[soft], self._results[soft])
         return QpAnswer(result, result.is_success(), self._piqp.iterations)
 
@@ -134,7 +134,7 @@ class RealTimeIteration:
         around = guess.starting_at(x0)
         try:
             program.linearize(around)
-        except FloatingPointError:  # Numbers too large for an answer are no fault of the code, so nobody is warned.
+        except FloatingPointError:  # The numbers are too large. The code is not at fault, so there is no warning.
             return Solution(None, 0)
         program.aim(reference)
         answer = self._qp.solve(program.prog, program.guess(around), soft=soft)

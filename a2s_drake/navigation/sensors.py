@@ -10,7 +10,7 @@ _ROUNDING = 1e-6
 
 
 class NavigationSensor(LeafSystem):
-    """The measured state: the true one less a constant bias, with white Gaussian noise drawn anew every period.
+    """The measured state: the true one minus a constant bias, with white Gaussian noise drawn anew every period.
 
     ```
                         +------------------+

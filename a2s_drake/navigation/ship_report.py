@@ -9,7 +9,7 @@ from a2s_drake.common.arrays import FloatArray
 
 
 class ShipReport(LeafSystem):
-    """The ship's track as the UAV believes it: what comes, as the ship reported it some time ago.
+    """The ship's track as the UAV believes it: the positions to come, as the ship reported them some time ago.
 
     ```
     +------------+

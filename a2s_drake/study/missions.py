@@ -160,7 +160,7 @@ class Outcome:
 
     @property
     def gain_share(self) -> float | None:
-        """The flown gain of `planned` over its plan's; None where that is too small for a share to mean anything."""
+        """The flown gain of `planned` over the gain of its plan; None where the latter is nearly zero."""
         return self.flown_gain["planned"] / self.plan_gain if self.plan_gain >= _LEAST_GAIN else None
 
 
@@ -206,7 +206,7 @@ def missions_table(names: Sequence[str]) -> str:
 
 
 def outcome_table(outcomes: Mapping[str, Outcome]) -> str:
-    """One row a mission, as Markdown; the last columns say how much of each ceiling the one below it is."""
+    """One row a mission, as Markdown; the last columns compare each ceiling with what is left below it."""
     head = [
         "mission",
         "level, bit/Hz",
@@ -214,7 +214,7 @@ def outcome_table(outcomes: Mapping[str, Outcome]) -> str:
         "paper, zero",
         "planned",
         "over the paper",
-        "the same, positions as planned",
+        "the same, positions on the path",
         "plan held",
         "best hoverable",
         "plan over hoverable",
@@ -242,7 +242,7 @@ def outcome_table(outcomes: Mapping[str, Outcome]) -> str:
 
 
 def missions_report(outcomes: Mapping[str, Outcome]) -> str:
-    """The missions, how they were flown, and what it comes to: over all of them, and over those drawn at random."""
+    """The missions, their numbers, and summaries of all missions and of those drawn at random."""
     drawn = {name: row for name, row in outcomes.items() if name.startswith(_RANDOM)}
     parts = [missions_table(list(outcomes)), outcome_table(outcomes), "All missions:", _summary(outcomes)]
     if drawn:
@@ -251,7 +251,7 @@ def missions_report(outcomes: Mapping[str, Outcome]) -> str:
 
 
 def _summary(outcomes: Mapping[str, Outcome]) -> str:
-    """The worst mission in each respect, and the middle one in the share of the plan that is flown."""
+    """The worst mission in each respect, and the median share of the plan that is flown."""
     rows = list(outcomes.values())
     over_level = {name: row.flown_gain["planned"] for name, row in outcomes.items()}
     over_paper = {name: row.over_paper for name, row in outcomes.items()}
@@ -262,7 +262,7 @@ def _summary(outcomes: Mapping[str, Outcome]) -> str:
     lines = [
         f"least of planned over level: {_least(over_level)}",
         f"least of planned over the paper's law, the better fallback: {_least(over_paper)}",
-        f"the same with every position as planned: {_least(on_path)}",
+        f"the same with every position on the path: {_least(on_path)}",
         f"median of flown over plan, throughput: {throughput_share:.2%}",
         f"median of flown over plan, gain (where the plan wins {_LEAST_GAIN:g} % or more): {gain_share}",
         f"largest position error of planned: {100.0 * max(row.position_error for row in rows):.2f} cm",

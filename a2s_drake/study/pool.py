@@ -29,7 +29,7 @@ def worker_processes(count: int) -> ProcessPoolExecutor:
 
 
 class _Workers(ProcessPoolExecutor):
-    """Worker processes that are known by themselves, so that they alone can be ended."""
+    """Worker processes that are listed, so that only they are ended."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
@@ -71,8 +71,8 @@ def fly_each(
     """
     others = set(multiprocessing.active_children())
     try:
-        # An interrupt is for this process alone to handle, so workers are started deaf to it. A worker that is cut off
-        # from its parent while it starts would complain, so this process does not answer before all have started.
+        # Only this process handles an interrupt, so workers are started deaf to it. A worker that is cut off from its
+        # parent while it starts would complain, so this process answers only after all have started.
         with interrupts_put_off(), deaf_offspring(signal.SIGINT):
             jobs = {executor.submit(fly, scenario, i): name for i, (name, scenario) in enumerate(scenarios.items())}
         for job in as_completed(jobs):

@@ -23,7 +23,7 @@ _NO_PART_OF_A_FLIGHT = {"study", "views", "benchmark", "__init__.py"}
 
 
 def code_digest(*packages: Path) -> str:
-    """A digest of the Python sources below some folders, but for those that change no number of a flight.
+    """A digest of the Python sources below some folders, except those that change no number of a flight.
 
     A flight belongs to the code that flew it: with other code it is flown again.
     """
@@ -52,7 +52,7 @@ class FlightStore:
         self._maker = " ".join([code, *versions])
 
     def place(self, scenario: Scenario, files: Mapping[str, bytes] | None = None) -> Path:
-        """Where a scenario's flight is or will be kept. It goes by what track files hold, not by their names.
+        """Where a scenario's flight is or will be kept. It depends on what track files hold, not on their names.
 
         Args:
           files: the content of the scenario's track files, see `Flight.files`; without it they are read now.
@@ -96,7 +96,7 @@ def _check(flight: Flight, scenario: Scenario, place: Path) -> None:
     samples = len(scenario.sample_times())
     for name in array_names():
         values = getattr(flight, name)
-        # What the diagram need not show may be missing, as NaN, but not a row of it.
+        # An array that a diagram need not export may be NaN, but must have every row.
         if len(values) != samples or not (name in optional_names() or np.isfinite(values).all()):
             raise ValueError(f"{place / 'flight.npz'}: {name} is not {samples} finite rows")
 
@@ -107,7 +107,7 @@ def load_or_fly(
     store: FlightStore,
     executor: Executor,
 ) -> Iterator[tuple[str, Flight]]:
-    """Flights by name: first those kept, then, as they are done and kept, the others. See `pool.fly_each`.
+    """Flights by name: first those kept, then the others as they are done and kept. See `pool.fly_each`.
 
     Equal scenarios under several names are flown once.
 

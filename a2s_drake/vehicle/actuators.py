@@ -17,8 +17,8 @@ class InputDelay(LeafSystem):
 
     - `rotor_speed_command` (6), `rotor_speed_squared` (6): Omega^2 of each rotor, Hz^2.
 
-    Sampled with the controller, but for its first sample: what the controller decides at t_k, this block takes in at
-    t_k + T_s.
+    The block is sampled with the controller, except for the first sample. It takes in at t_k + T_s what the controller
+    decides at t_k.
     """
 
     def __init__(self, delay_periods: int, period: float, at_rest: FloatArray) -> None:
@@ -31,7 +31,7 @@ class InputDelay(LeafSystem):
         self.DeclareVectorOutputPort(
             "rotor_speed_squared", 6, self._calc_rotor_speed_squared, {self.discrete_state_ticket(self._waiting)}
         )
-        # Not by an offset of one period: times n T_s + T_s differ by rounding from the controller's (n + 1) T_s.
+        # An offset of one period would not do: n T_s + T_s differs by rounding from the controller's (n + 1) T_s.
         self._started = self.DeclareDiscreteState(1)
         self.DeclareInitializationDiscreteUpdateEvent(self._update_from_rest)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update_waiting)

@@ -1,4 +1,4 @@
-"""The paper's law and level, their controller fed what they foresee: their height is right then, little else new."""
+"""The paper's law and level, their controller fed what they foresee: the height is then right, little else changes."""
 
 if __name__ == "__main__":
     import scripts.startup  # first, as the imports below take long

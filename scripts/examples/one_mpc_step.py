@@ -1,7 +1,7 @@
-"""One step of the MPC opened up: what it foresees, which bounds its plan runs into, and what it pays for.
+"""One step of the MPC opened up: what it foresees, which bounds its plan meets, and what its cost consists of.
 
 The vehicle starts 30 cm off its path, at rest and level, while the law asks for -10 deg of roll and 9 of pitch. Towards
-the end of the horizon its plan lets it sink: thrust costs, and of a fall the horizon shows only the beginning.
+the end of the horizon the plan lets the vehicle sink: thrust costs, and the horizon shows only the start of a fall.
 """
 
 if __name__ == "__main__":

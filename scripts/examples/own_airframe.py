@@ -23,7 +23,7 @@ def show(change: list[str]) -> Figure:
     scenario = Scenario().with_overrides(change).validate()
     limit = scenario.mpc.attitude_limit_deg
 
-    # One angle alone. Not from tilt 0: rotors that all point up push nowhere but up.
+    # One angle alone. It does not start at tilt 0, where all rotors point up and push only upwards.
     tilts, alone = np.arange(1.0, 41.0), np.arange(-45.0, 45.01, 0.05)
     reach = []
     for tilt in tilts:
@@ -31,7 +31,7 @@ def show(change: list[str]) -> Figure:
         rolls, pitches = (alone[is_hoverable(np.deg2rad(np.outer(alone, axis)), vehicle)] for axis in np.eye(3)[:2])
         reach.append((rolls.min(initial=0.0), rolls.max(initial=0.0), pitches.max(initial=0.0)))
 
-    # Both. Yaw turns the vehicle about the vertical, and so has no part in this.
+    # Both angles. Yaw turns the vehicle about the vertical, so it does not matter here.
     angles, outlines = np.arange(-40.0, 40.1, 0.25), {}
     eta = np.deg2rad([[(roll, pitch, 0.0) for roll in angles] for pitch in angles])
     in_box = np.abs(np.rad2deg(eta)).max(axis=-1) <= limit

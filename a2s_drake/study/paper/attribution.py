@@ -1,4 +1,4 @@
-"""Attribution: from the best attitude there is down to what is flown, one effect at a time, and what each costs.
+"""Attribution: what each effect costs, one after the other, from the best attitude down to what is flown.
 
 An effect's cost depends on which effects come before it. The order here is that in which a law is made and flown.
 """
@@ -27,21 +27,21 @@ from a2s_drake.study.ideal_tracking import (
 # An attitude that the vehicle cannot rest at is turned back towards level in steps of this share.
 _SHARES = np.linspace(1.0, 0.0, 201)
 
-# Where both ways down begin.
+# The attitude that both tables begin with.
 BEST_IN_BOX = "the best attitude in the box"
 
 
 @dataclass(frozen=True)
 class Step:
-    """An attitude on the way down.
+    """An attitude on the way from the best one down to what is flown.
 
     Attributes:
-      law: of the flight that the way leads to.
+      law: the law whose flight is at the end of the way.
       effect: what costs something here; empty at the top.
       attitude: in words.
-      gain_percent: of that attitude held exactly over level held exactly, or, at the bottom, of flight over flight.
+      gain_percent: of that attitude held exactly over level held exactly; at the end, of flight over flight.
       cost: what the effect takes off the gain, percentage points.
-      share: of the gain one step up; None where that is nothing.
+      share: of the gain one step before; None where that is zero.
     """
 
     law: str
@@ -53,13 +53,13 @@ class Step:
 
 
 def without_rate_bound(scenario: Scenario) -> Scenario:
-    """The mission of a scenario under `planned`, its angular velocity bounded ten times as widely: as good as not."""
+    """The mission of a scenario under `planned`, with ten times the angular velocity limit: in effect without one."""
     limit = 10.0 * scenario.mpc.angular_velocity_limit
     return scenario.with_overrides(["attitude_law.name=planned", f"mpc.angular_velocity_limit={limit}"])
 
 
 def rate_limited(reference: FloatArray, largest_step: float) -> FloatArray:
-    """What follows a reference (n, 3) from level, each Euler angle by at most so much a sample, rad."""
+    """Follows a reference (n, 3) from level, each Euler angle by at most `largest_step` a sample, rad."""
     followed = np.zeros_like(reference)
     for before, after, wanted in zip(followed[:-1], followed[1:], reference[1:], strict=True):
         after[:] = before + np.clip(wanted - before, -largest_step, largest_step)
@@ -67,13 +67,13 @@ def rate_limited(reference: FloatArray, largest_step: float) -> FloatArray:
 
 
 def turned_back(eta: FloatArray, airframe: Airframe) -> FloatArray:
-    """Attitudes (n, 3), those at which the vehicle could not hover turned back towards level until it could, rad."""
+    """Attitudes (n, 3), rad; those at which the vehicle cannot hover are turned back towards level until it can."""
     kept = is_hoverable(_SHARES[:, np.newaxis, np.newaxis] * eta, airframe)
     return np.asarray(_SHARES[kept.argmax(axis=0)][:, np.newaxis] * eta)
 
 
 def attribution(flights: Mapping[str, Flight], unbounded: AttitudeSpline) -> list[Step]:
-    """Both ways down, the paper's law's and the plan's.
+    """The steps of the paper's law and those of the plan.
 
     Args:
       flights: of one scenario under `three_axis`, `planned` and `level`.

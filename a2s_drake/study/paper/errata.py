@@ -42,7 +42,7 @@ def errata(scenario: Scenario) -> list[Erratum]:
 
 
 def _sign(scenario: Scenario, geometry: Geometry, mended: float) -> Erratum:
-    # The law is odd in k, so the printed columns, which turn J_a and with it k around, turn its attitude around.
+    # The printed columns change the sign of J_a, and so of k. The law is odd in k, so its attitude changes sign too.
     followed = held_gain(scenario, geometry, -law_attitude(scenario, geometry, "three_axis", "nearest"))
     return Erratum(
         "section III-A",

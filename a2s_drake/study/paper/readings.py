@@ -1,4 +1,4 @@
-"""Readings: the ways to fill what the paper leaves open, each a change to one of two base scenarios."""
+"""Readings: the ways to settle what the paper leaves open, each a change to one of two base scenarios."""
 
 from dataclasses import dataclass, replace
 

@@ -147,7 +147,7 @@ def _planned_law(by_law: Mapping[str, Flight], unbounded: AttitudeSpline) -> Pla
 
 
 def _reproducible(metrics: Metrics) -> Metrics:
-    """Metrics short of what the machine's clock put in."""
+    """Metrics without those that depend on the machine's clock."""
     kept = {name: value for name, value in metrics.items() if name not in ("wall_s", "real_time_factor", "versions")}
     return kept | {"solver": {name: value for name, value in kept["solver"].items() if name != "step_ms"}}
 

@@ -1,6 +1,7 @@
 """Results of the reproduction: every number of the report by name, and how they are written as JSON.
 
-Gains are in percent of throughput. A field has the name of its key in results.json.
+Gains are in percent of throughput. A field has the name of its key in results.json; `Results.as_json` lists the
+exceptions.
 """
 
 from dataclasses import asdict, dataclass
@@ -10,7 +11,7 @@ from a2s_drake.study.ideal_tracking import IdealTracking
 from a2s_drake.study.paper.attribution import Step
 from a2s_drake.study.paper.errata import Erratum
 
-# Metrics of a flight by name, as `flight.metrics` gives them, without what the machine's clock put in.
+# Metrics of a flight by name, as `flight.metrics` gives them, without what depends on the machine's clock.
 Metrics = dict[str, Any]
 
 

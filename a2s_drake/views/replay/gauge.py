@@ -139,7 +139,7 @@ class Gauge:
             stage.put(f"{path}/{name}", strokes(segments, STROKE if color is INK else STROKE / 2.0), color, glow=0.8)
             stage.place(f"{path}/{name}", translation([0.0, 0.0, 0.001 * number]))
         stage.place(f"{path}/curve", translation([0.0, 0.0, 0.004]))
-        # The bar: one high, then scaled to what it reads.
+        # The bar has height 1 and is scaled to the SNR.
         stage.put(f"{path}/bar/height", _rectangle(*BAR, 0.0, 1.0, 0.001), FILL, glow=0.8)
         stage.place(f"{path}/bar", translation([0.0, BOTTOM, 0.0018]))
         needle = np.array([[BAR[1], 0.0], [CHART[0] - 0.015, -0.025], [CHART[0] - 0.015, 0.025]])
@@ -154,12 +154,12 @@ class Gauge:
     def show(self, snr_db: float) -> None:
         """Sets bar and needle to an SNR, dB."""
         y = self._height(snr_db)
-        # A bar of no height at all has no normals to be lit by.
+        # A bar of height zero has no normals, and cannot be lit.
         self._stage.scale(f"{self._path}/bar/height", [1.0, max(y - BOTTOM, 1e-4), 1.0])
         self._stage.move(f"{self._path}/needle", translation([0.0, y, 0.003]))
 
     def trace(self, time: float, snr_db: float) -> None:
-        """Draws the curve on to an SNR, dB, at a time, s."""
+        """Continues the curve to an SNR, dB, at a time, s."""
         point = np.array([self._across(time), self._height(snr_db)])
         if self._last is not None:
             path = f"{self._path}/curve/{self._traced:04d}"

@@ -178,7 +178,7 @@ class Scene:
         self._draw_on(time, p_WB, snr_db)
 
     def _turn_blades(self, time: float, rotor_speed: FloatArray) -> None:
-        """Turns the blades on by what they did since the last instant; an ideal vehicle's stand still."""
+        """Turns the blades on since the last instant. Without a rotor speed (ideal tracking) they stand still."""
         self._angle += self._spin * (2.0 * np.pi / SLOWDOWN) * self._speed * (time - self._time)
         self._time, self._speed = time, np.nan_to_num(rotor_speed, nan=0.0)
         for rotor, angle in enumerate(self._angle):
@@ -186,15 +186,15 @@ class Scene:
             self._stage.move(blades_path(VEHICLE, rotor), X)
 
     def _heading(self, time: float) -> RotationMatrix:
-        """The ship points where it sails; where it stands still, as it did before."""
-        # At its end the track still moves, so this is where a ship points that has arrived.
+        """The ship points in the direction in which it sails; where it stands still, it points as before."""
+        # The velocity at the end of the track is not zero, so a ship that has arrived points in that direction.
         x, y, _ = self._courses.ship.velocity(np.array(np.clip(time, 0.0, self._courses.ship.end)))
-        if np.hypot(x, y) > 1e-6:  # m/s; a spline never quite stands still
+        if np.hypot(x, y) > 1e-6:  # m/s; the velocity of a spline is never exactly zero
             self._ship_yaw = float(np.arctan2(y, x))
         return RotationMatrix.MakeZRotation(self._ship_yaw)
 
     def _draw_on(self, time: float, p_WB: FloatArray, snr_db: float) -> None:
-        """Draws the path so far and the gauge's curve on, when it is time for their next piece."""
+        """Draws the next piece of the path and of the gauge's curve, when it is time for it."""
         if self._drawn is None:
             self._drawn = (time, p_WB)
             self._gauge.trace(time, snr_db)

@@ -63,7 +63,7 @@ class Stage:
         if glow == 0.0:
             return
         for channel, value in zip("rgb", color, strict=True):
-            # Light adds up on a linear scale, which the colours of a palette are not on.
+            # Light adds up on a linear scale, but the colours of a palette are not linear.
             linear = value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
             self.meshcat.SetProperty(f"{path}/<object>", f"material.emissive.{channel}", glow * linear)
 
@@ -86,9 +86,9 @@ class Stage:
             self._recording.SetProperty(self.frame, path, "scale", list(factors))
 
     def reveal(self, path: str) -> None:
-        """Shows an object from now on, which a recording hides before."""
+        """Shows an object from now on; in a recording it is hidden before."""
         if self._recording is not None and self.frame > 0:
-            # The last key makes every track as long as the recording: else they would start over one by one.
+            # The last key makes every track as long as the recording. Otherwise each track would start over by itself.
             for frame, visible in ((0, False), (self.frame, True), (self._last_frame, True)):
                 self._recording.SetProperty(frame, path, "visible", visible)
 

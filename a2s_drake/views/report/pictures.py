@@ -29,7 +29,7 @@ def paper_pictures(flights: Mapping[str, Flight]) -> Pictures:
         ),
         "position": (
             figures.position_figure(flights),
-            "Position against time under the three-axis law, and the distance from the plan under each law. The steady "
+            "Position against time under the three-axis law, and the distance from the path under each law. The steady "
             "offset in z is the price of the weight on the input.",
         ),
         "channel_gain": (figures.channel_gain_figure(flights), "Channel gain under the three laws."),

@@ -76,15 +76,16 @@ def planned_law(planned: PlannedLaw, figures: str) -> list[str]:
     return [
         "<h2>Beyond the paper: a planned attitude</h2>",
         f"<p>The law <code>planned</code> chooses the whole attitude before take-off, on the exact channel and within "
-        "what rotors, rates and angles allow, and the controller, with the paper's weights, follows it. On Table I as "
+        "what rotors, rates and angles allow. The controller, with the paper's weights, follows it. On Table I as "
         f"printed it wins {gains.planned_over_level:+.2f} % over level as flown and "
-        f"{gains.planned_over_three_axis:+.2f} % over the paper's law, which there wins "
-        f"{gains.three_axis_over_level:+.2f} %.</p>",
+        f"{gains.planned_over_three_axis:+.2f} % over the paper's law. That law wins "
+        f"{gains.three_axis_over_level:+.2f} % over level.</p>",
         _fares("Table I as printed, in closed loop", planned.laws),
         _uses(planned.laws),
-        "<p>What each effect costs, in the order in which a law is made and flown; in another order the costs would "
-        "be others. Attitudes are held exactly and compared with level held exactly, but for the last line of each, "
-        "which compares flights: level as flown is helped by the height at which the paper's weights let it hang.</p>",
+        "<p>The table shows what each effect costs, in the order in which a law is made and flown. In another order "
+        "the costs would be others. Attitudes are held exactly and compared with level held exactly. Only the last "
+        "line of each law compares flights. There, level is helped by the height at which the paper's weights let it "
+        "hang.</p>",
         table("From the best attitude down to what is flown", head, steps, text=3),
         figures,
     ]
