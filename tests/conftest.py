@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from a2s_drake import Flight, Scenario, run_flight
-from a2s_drake.guidance.path import uav_position
+from a2s_drake.guidance.path import uav_path
 from a2s_drake.guidance.plan.cache import plan_for_law
 from a2s_drake.study.ideal_tracking import IdealTracking, measure_ideal_tracking
-from a2s_drake.world.ship import ship_position
+from a2s_drake.world.ship import ship_track
 from diagrams import build_closed_loop, load_scenario
 from tests.support.browser import browser, open_page
 
@@ -48,7 +48,7 @@ def reference_geometry() -> tuple[np.ndarray, np.ndarray]:
     """Where UAV and ship are meant to be in the mission of Table I at its 2001 samples."""
     scenario = load_scenario("paper")
     times = scenario.sample_times()
-    return uav_position(times, scenario.mission), ship_position(times, scenario.mission)
+    return uav_path(scenario.mission).position(times), ship_track(scenario.mission).position(times)
 
 
 @pytest.fixture(scope="session")

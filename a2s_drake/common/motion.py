@@ -31,6 +31,12 @@ class Motion(Protocol):
         """Acceleration, m/s^2."""
 
 
+def is_moving(time: FloatArray, start: float, end: float) -> FloatArray:
+    """1 from the first instant to the last, ends included, and 0 before and after; shape (...) to (..., 1)."""
+    time = np.asarray(time)
+    return ((time >= start) & (time <= end)).astype(float)[..., np.newaxis]
+
+
 class TrajectoryMotion:
     """The motion of a Drake `Trajectory` of positions in W, m, with one column of three rows.
 
@@ -64,19 +70,15 @@ class TrajectoryMotion:
 
     def velocity(self, time: FloatArray) -> FloatArray:
         """Velocity, m/s, W; shape (...) to (..., 3)."""
-        return self._values(self._velocities, time) * self._moves(time)
+        return self._values(self._velocities, time) * is_moving(time, self._start, self._end)
 
     def acceleration(self, time: FloatArray) -> FloatArray:
         """Acceleration, m/s^2, W; shape (...) to (..., 3)."""
-        return self._values(self._accelerations, time) * self._moves(time)
+        return self._values(self._accelerations, time) * is_moving(time, self._start, self._end)
 
     def _values(self, trajectory: Trajectory, time: FloatArray) -> FloatArray:
         inside = np.clip(np.asarray(time, dtype=float), self._start, self._end)
         return np.array(trajectory.vector_values(inside.ravel())).T.reshape(*inside.shape, 3)
-
-    def _moves(self, time: FloatArray) -> FloatArray:
-        inside = (np.asarray(time) >= self._start) & (np.asarray(time) <= self._end)
-        return inside.astype(float)[..., np.newaxis]
 
 
 def as_motion(motion: Motion | Trajectory) -> Motion:

@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.trajectories import Trajectory
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.common.motion import Motion, TrajectoryMotion, as_motion, through_points
+from a2s_drake.common.motion import Motion, TrajectoryMotion, as_motion, is_moving, through_points
 from a2s_drake.common.preview import PreviewSource, elapsed_share
 from a2s_drake.scenario.parts import Mission, Mpc
 from a2s_drake.scenario.track_file import read_track
@@ -46,14 +46,13 @@ class Circle:
         At both ends of the mission it jumps: the warp starts and stops at rest, but with an angular acceleration of
         pi^3/T^2. At 0 and at T this is the value on the mission's side.
         """
-        inside = (np.asarray(time) >= 0.0) & (np.asarray(time) <= self.end)
         progress = elapsed_share(time, self.end)
         angle = np.pi * (1.0 - np.cos(np.pi * progress))
         rate = np.pi**2 / self.end * np.sin(np.pi * progress)
-        rate_slope = np.pi**3 / self.end**2 * np.cos(np.pi * progress) * inside
+        rate_slope = np.pi**3 / self.end**2 * np.cos(np.pi * progress)[..., np.newaxis] * is_moving(time, 0.0, self.end)
         tangent = np.stack([-np.sin(angle), np.cos(angle), np.zeros_like(angle)], axis=-1)
         outward = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
-        return self.mission.radius * (rate_slope[..., np.newaxis] * tangent - (rate**2)[..., np.newaxis] * outward)
+        return self.mission.radius * (rate_slope * tangent - (rate**2)[..., np.newaxis] * outward)
 
 
 def uav_path(mission: Mission, content: bytes | None = None) -> Motion:
@@ -67,21 +66,6 @@ def uav_path(mission: Mission, content: bytes | None = None) -> Motion:
     if mission.path_file is None:
         return Circle(mission)
     return TrajectoryMotion(through_points(*read_track(mission, "path_file", content)))
-
-
-def uav_position(time: FloatArray, mission: Mission) -> FloatArray:
-    """Position of `uav_path`, m, W; shape (...) to (..., 3)."""
-    return uav_path(mission).position(time)
-
-
-def uav_velocity(time: FloatArray, mission: Mission) -> FloatArray:
-    """Velocity of `uav_path`, m/s, W; shape (...) to (..., 3)."""
-    return uav_path(mission).velocity(time)
-
-
-def uav_acceleration(time: FloatArray, mission: Mission) -> FloatArray:
-    """Acceleration of `uav_path`, m/s^2, W; shape (...) to (..., 3)."""
-    return uav_path(mission).acceleration(time)
 
 
 class UavPath(PreviewSource):

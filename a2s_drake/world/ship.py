@@ -7,7 +7,7 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem
 from pydrake.trajectories import Trajectory
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.common.motion import Motion, TrajectoryMotion, as_motion, through_points
+from a2s_drake.common.motion import Motion, TrajectoryMotion, as_motion, is_moving, through_points
 from a2s_drake.common.preview import elapsed_share
 from a2s_drake.scenario.checks import refuse
 from a2s_drake.scenario.parts import Mission
@@ -32,9 +32,8 @@ class Line:
 
     def velocity(self, time: FloatArray) -> FloatArray:
         """Time derivative of `position`, m/s, W; shape (...) to (..., 3)."""
-        inside = (np.asarray(time) >= 0.0) & (np.asarray(time) <= self.end)
         start, end = self._ends()
-        return inside[..., np.newaxis] * (end - start) / self.end
+        return is_moving(time, 0.0, self.end) * (end - start) / self.end
 
     def acceleration(self, time: FloatArray) -> FloatArray:
         """Zero, m/s^2, W; shape (...) to (..., 3)."""
@@ -64,11 +63,6 @@ def ship_track(mission: Mission, content: bytes | None = None) -> Motion:
         allowed = f"{words} stays at mission.sea_level = {mission.sea_level!r}; the column may be left out"
         raise refuse("mission.ship_track_file", mission.ship_track_file, allowed)
     return TrajectoryMotion(through_points(time, np.column_stack([points[:, :2], sea])))
-
-
-def ship_position(time: FloatArray, mission: Mission) -> FloatArray:
-    """Position of `ship_track`, m, W; shape (...) to (..., 3)."""
-    return ship_track(mission).position(time)
 
 
 class ShipTrajectory(LeafSystem):

@@ -10,7 +10,7 @@ from a2s_drake.common.wiring import find_block
 from a2s_drake.control.horizon import Plan, Reference
 from a2s_drake.control.ladder import Planner
 from a2s_drake.control.solve import Solution, TrackingSolver, make_solver
-from a2s_drake.guidance.path import uav_position
+from a2s_drake.guidance.path import uav_path
 from diagrams import build_closed_loop, load_scenario
 from tests.support.faults import Change, faulty_loop
 from tests.support.tracking import model_of
@@ -132,7 +132,7 @@ class FaultyForAWhile(TrackingSolver):
 
     def __init__(self, scenario: Scenario, faulty: TrackingSolver) -> None:
         self._sound = make_solver(model_of(scenario), scenario.airframe, scenario.mpc)
-        self._faulty, self._span = faulty, uav_position(np.array([START, END]), scenario.mission)[:, 1]
+        self._faulty, self._span = faulty, uav_path(scenario.mission).position(np.array([START, END]))[:, 1]
 
     def solve(self, x0: np.ndarray, reference: Reference, guess: Plan, *, soft: bool = False) -> Solution:
         start, end = self._span - 1e-9

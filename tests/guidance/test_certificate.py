@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from a2s_drake import Scenario
-from a2s_drake.guidance.path import uav_acceleration
+from a2s_drake.guidance.path import uav_path
 from a2s_drake.guidance.plan.certificate import Certificate, certify
 from a2s_drake.guidance.plan.spline import AttitudeSpline, SplineGrid
 from a2s_drake.vehicle.flatness import FlatMap
@@ -69,7 +69,7 @@ def leaning(roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0) -> Attitude
 def inputs_in_flight(spline: AttitudeSpline, flown: Scenario) -> np.ndarray:
     time = np.linspace(0.0, 8.0, 1601)
     motion = np.hstack([spline.eta(time), spline.rate(time), spline.acceleration(time)])
-    return FlatMap.of(flown.airframe).needs(motion, uav_acceleration(time, flown.mission))[1]
+    return FlatMap.of(flown.airframe).needs(motion, uav_path(flown.mission).acceleration(time))[1]
 
 
 def test_a_plan_whose_last_attitude_cannot_be_held_fails() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from a2s_drake import Scenario
-from a2s_drake.guidance.path import uav_acceleration, uav_position, uav_velocity
+from a2s_drake.guidance.path import uav_path
 from a2s_drake.guidance.plan.plan import PlannedAttitude, Progress, plan_attitude
 from a2s_drake.guidance.plan.polish import PlanProgram
 from a2s_drake.guidance.plan.search import Caution, rounded, search
@@ -61,16 +61,16 @@ def test_the_model_of_the_mpc_follows_the_plan(planned: PlannedAttitude) -> None
     scenario, period = short(), 0.005
     time = period * np.arange(int(8.0 / period) + 1)
     motion = [planned.spline.eta(time), planned.spline.rate(time), planned.spline.acceleration(time)]
-    acceleration = uav_acceleration(time, scenario.mission)
+    acceleration = uav_path(scenario.mission).acceleration(time)
     _, u = FlatMap.of(scenario.airframe).needs(np.hstack(motion), acceleration)
-    start = np.concatenate([uav_position(time[:1], scenario.mission)[0], np.zeros(9)])
+    start = np.concatenate([uav_path(scenario.mission).position(time[:1])[0], np.zeros(9)])
     held = (u[1:] + u[:-1]) / 2.0
     x = RigidBodyModel.of(scenario.airframe).rollout(start, held, period)
     np.testing.assert_allclose(x[:, 3:6], planned.eta(time), atol=2e-3)
     np.testing.assert_allclose(x[:, 9:12], planned.angular_velocity(time), atol=2e-2)
     # Nothing holds the position, to which errors of attitude add up twice over.
-    np.testing.assert_allclose(x[:, 6:9], uav_velocity(time, scenario.mission), atol=3e-2)
-    np.testing.assert_allclose(x[:, 0:3], uav_position(time, scenario.mission), atol=1e-1)
+    np.testing.assert_allclose(x[:, 6:9], uav_path(scenario.mission).velocity(time), atol=3e-2)
+    np.testing.assert_allclose(x[:, 0:3], uav_path(scenario.mission).position(time), atol=1e-1)
 
 
 def test_planning_is_deterministic(planned: PlannedAttitude) -> None:

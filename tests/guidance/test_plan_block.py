@@ -9,7 +9,7 @@ from a2s_drake import Flight, Mpc, Scenario, ScenarioError, attitude_reference, 
 from a2s_drake.common.wiring import find_block
 from a2s_drake.flight.feasible import check
 from a2s_drake.flight.metrics import position_error
-from a2s_drake.guidance.path import uav_position
+from a2s_drake.guidance.path import uav_path
 from a2s_drake.guidance.plan import cache
 from a2s_drake.guidance.plan.block import PlannedReference
 from a2s_drake.guidance.plan.cache import SOURCES, kept_plan, load_plan, plan_file, plan_key
@@ -56,7 +56,7 @@ def test_what_the_block_previews_belongs_together(time: float, spline: AttitudeS
     names = ("attitude_preview", "velocity_preview", "angular_velocity_preview")
     attitude, velocity, rate = (dut.GetOutputPort(name).Eval(context).reshape(-1, 3) for name in names)
     inputs = dut.GetOutputPort("rotor_speed_squared_preview").Eval(context).reshape(-1, 6)
-    position = uav_position(time + 0.02 * np.arange(31), mission)
+    position = uav_path(mission).position(time + 0.02 * np.arange(31))
     start = np.concatenate([position[0], attitude[0], velocity[0], rate[0]])
     x = RigidBodyModel.of(scenario.airframe).rollout(start, inputs, 0.02)
     np.testing.assert_allclose(x[:, 3:6], attitude, atol=2e-3)

@@ -5,7 +5,7 @@ import pytest
 from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 
 from a2s_drake import Link, Scenario
-from a2s_drake.guidance.path import uav_position
+from a2s_drake.guidance.path import uav_path
 from a2s_drake.guidance.plan.certificate import certify
 from a2s_drake.guidance.plan.limits import Limits
 from a2s_drake.guidance.plan.search import AttitudeGrid, Caution, _advance, rounded, search
@@ -14,7 +14,7 @@ from a2s_drake.guidance.plan.spline import AttitudeSpline, SplineGrid
 from a2s_drake.link.throughput import efficiency_derivatives
 from a2s_drake.link.two_ray import antenna_position, channel_gain, path_lengths, spectral_efficiency
 from a2s_drake.study.ceiling import is_hoverable, throughput_of
-from a2s_drake.world.ship import ship_position
+from a2s_drake.world.ship import ship_track
 
 
 @pytest.fixture
@@ -75,7 +75,7 @@ def test_bending_is_the_integral_of_the_squared_acceleration(control: np.ndarray
 def test_throughput_is_that_of_the_channel(control: np.ndarray, task: Task) -> None:
     mission, time = task.scenario.mission, task.scenario.samples_until(task.grid.duration)
     eta = AttitudeSpline(task.grid.duration, control).eta(time)
-    expected = throughput_of(uav_position(time, mission), eta, ship_position(time, mission), Link(), 0.02)
+    expected = throughput_of(uav_path(mission).position(time), eta, ship_track(mission).position(time), Link(), 0.02)
     assert Segment(task).throughput(control) == pytest.approx(expected)
 
 
@@ -127,7 +127,7 @@ def test_search_keeps_to_rates_and_hoverable_attitudes(task: Task) -> None:
 def test_no_random_walk_beats_the_search(task: Task, rng: np.random.Generator) -> None:
     scenario, limits = task.scenario, task.limits
     time, path = search(task, Caution(turning_price=0.0))
-    position, ship = uav_position(time, scenario.mission), ship_position(time, scenario.mission)
+    position, ship = uav_path(scenario.mission).position(time), ship_track(scenario.mission).position(time)
     won = throughput_of(position[1:], path[1:], ship[1:], Link(), 1.0)
     step = limits.rate * (time[1] - time[0]) / task.planning.search_reach
     for _ in range(200):

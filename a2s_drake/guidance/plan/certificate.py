@@ -12,7 +12,7 @@ from pydrake.multibody.tree import MultibodyForces
 from scipy.spatial.transform import Rotation
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.guidance.path import uav_position
+from a2s_drake.guidance.path import uav_path
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.vehicle.airframe import make_plant, wrench_map
@@ -106,7 +106,7 @@ def _angular_velocity(spline: AttitudeSpline, time: FloatArray) -> FloatArray:
 def _inputs(spline: AttitudeSpline, scenario: Scenario, time: FloatArray) -> FloatArray:
     """Squared rotor speeds, Hz^2, shape (n, 6)."""
     times = (time - _HALF_WIDTH, time, time + _HALF_WIDTH)
-    p_before, p, p_after = (uav_position(instant, scenario.mission) for instant in times)
+    p_before, p, p_after = (uav_path(scenario.mission).position(instant) for instant in times)
     R_before, R_WB, R_after = (_turned(spline, instant) for instant in times)
     w_early, w_late = ((b * a.inv()).as_rotvec() / _HALF_WIDTH for a, b in ((R_before, R_WB), (R_WB, R_after)))
     velocity = np.hstack([(w_early + w_late) / 2.0, (p_after - p_before) / (2.0 * _HALF_WIDTH)])

@@ -14,12 +14,12 @@ from scipy.sparse.linalg import spsolve
 
 from a2s_drake.common.arrays import BoolArray, FloatArray
 from a2s_drake.common.rotations import rotation_matrix
-from a2s_drake.guidance.path import uav_position
+from a2s_drake.guidance.path import uav_path
 from a2s_drake.guidance.plan.segment import Task
 from a2s_drake.guidance.plan.spline import SplineGrid
 from a2s_drake.link.two_ray import channel_gain, path_lengths, spectral_efficiency
 from a2s_drake.scenario.checks import refuse
-from a2s_drake.world.ship import ship_position
+from a2s_drake.world.ship import ship_track
 
 # The search's corners are rounded over about this time, s, before a smooth trajectory is asked to follow them.
 _ROUNDING = 0.15
@@ -96,7 +96,7 @@ def search(task: Task, caution: Caution, report: Callable[[int], None] | None = 
     """
     grid, scenario = AttitudeGrid(task, caution), task.scenario
     time: FloatArray = grid.period * np.arange(grid.stages + 1, dtype=np.float64)
-    position, ship = uav_position(time, scenario.mission), ship_position(time, scenario.mission)
+    position, ship = uav_path(scenario.mission).position(time), ship_track(scenario.mission).position(time)
     shape = grid.restful.shape
     allowed = np.flatnonzero(grid.restful)
     offset = grid.offset.reshape(-1, 3)[allowed]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from a2s_drake.common.arrays import FloatArray
-from a2s_drake.guidance.path import uav_acceleration, uav_position
+from a2s_drake.guidance.path import uav_path
 from a2s_drake.guidance.plan.limits import NUM_USES, Limits
 from a2s_drake.guidance.plan.spline import SUPPORT, SplineGrid
 from a2s_drake.link.throughput import efficiency_derivatives
@@ -18,7 +18,7 @@ from a2s_drake.scenario.checks import refuse
 from a2s_drake.scenario.parts import Planning
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.vehicle.flatness import FlatMap
-from a2s_drake.world.ship import ship_position
+from a2s_drake.world.ship import ship_track
 
 # Entries of the control points that shape one interval: four points, three angles each.
 SHAPE = 3 * SUPPORT
@@ -80,8 +80,8 @@ class Segment:
         interval, inside = task.grid.locate(time)
         kept = self._holds(interval)
         time, interval = time[kept], interval[kept] - self.first
-        self._position = uav_position(time, task.scenario.mission)
-        self._ship = ship_position(time, task.scenario.mission)
+        self._position = uav_path(task.scenario.mission).position(time)
+        self._ship = ship_track(task.scenario.mission).position(time)
         self._weights = task.grid.weights(inside[kept], 0)
         self._shape_of_sample = self.shape_of_interval[interval]
         ones = (np.ones(time.size), (interval, np.arange(time.size)))
@@ -91,7 +91,7 @@ class Segment:
         time = task.limit_times()
         interval, inside = task.grid.locate(time)
         weights = np.stack([task.grid.weights(inside, order) for order in range(3)], axis=1)
-        acceleration = uav_acceleration(time, task.scenario.mission)
+        acceleration = uav_path(task.scenario.mission).acceleration(time)
         # Once more the end, as it is from then on: the path's acceleration and the attitude's have both ceased.
         interval = np.append(interval, interval[-1])
         weights = np.concatenate([weights, weights[-1:] * np.array([1.0, 1.0, 0.0])[:, np.newaxis]])
