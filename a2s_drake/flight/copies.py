@@ -17,7 +17,7 @@ from a2s_drake.common.files import DamagedFileError, read_arrays, read_bytes, re
 from a2s_drake.scenario.checks import ScenarioError
 from a2s_drake.scenario.parts import Mission
 from a2s_drake.scenario.scenario import Scenario
-from a2s_drake.scenario.track_file import COPIES, MAX_BYTES, contents, read_content
+from a2s_drake.scenario.track_file import COPIES, MAX_BYTES, read_content, read_files
 
 # An entry `copy:path.csv` of flight.npz holds the SHA-256 of that copy as the flight wrote it.
 _NOTE = "copy:"
@@ -56,7 +56,7 @@ class Copies:
           ScenarioError: when a file cannot be read; names it.
         """
         noted, changed, written = _noted(folder), copy.deepcopy(scenario), {}
-        for field, content in contents(scenario, files).items():
+        for field, content in read_files(scenario.mission, files).items():
             for name in _names(COPIES[field]):
                 if not os.path.lexists(folder / name) or _is_as_written(folder / name, noted.get(name)):
                     written[name] = content

@@ -42,14 +42,20 @@ MAX_TIME = 86400.0
 MIN_STEP = 1e-6
 
 
-def read_files(mission: Mission) -> dict[str, bytes]:
+def read_files(mission: Mission, known: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
     """The content of each track file that a mission names, by field.
 
+    Args:
+      known: content by field; a file that is not among them is read now.
     Raises:
       ScenarioError: when one cannot be read, is no regular file or too large; names the field and the file.
     """
-    names = {field: getattr(mission, field) for field in COPIES}
-    return {field: read_content(field, name) for field, name in names.items() if name is not None}
+    known, names = known or {}, {field: getattr(mission, field) for field in COPIES}
+    return {
+        field: known[field] if field in known else read_content(field, name)
+        for field, name in names.items()
+        if name is not None
+    }
 
 
 def read_content(field: str, name: str) -> bytes:
@@ -157,22 +163,6 @@ def by_content(scenario: Scenario, files: Mapping[str, bytes]) -> Scenario:
       files: content by field; a file that is not among them is read now.
     """
     changed = copy.deepcopy(scenario)
-    for field, content in contents(scenario, files).items():
+    for field, content in read_files(scenario.mission, files).items():
         setattr(changed.mission, field, f"sha256 {hashlib.sha256(content).hexdigest()}")
     return changed
-
-
-def contents(scenario: Scenario, files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The content of each track file that a scenario names, by field.
-
-    Args:
-      files: content by field; a file that is not among them is read now.
-    Raises:
-      ScenarioError: when a file cannot be read; names it.
-    """
-    names = {field: getattr(scenario.mission, field) for field in COPIES}
-    return {
-        field: files[field] if field in files else read_content(field, name)
-        for field, name in names.items()
-        if name is not None
-    }
