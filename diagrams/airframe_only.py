@@ -5,7 +5,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from a2s_drake.common.wiring import build_wired, export_outputs, mark_own_blocks
 from a2s_drake.flight import feasible
-from a2s_drake.guidance.path import uav_path
+from a2s_drake.guidance.courses import Courses
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.vehicle.airframe import add_airframe
 
@@ -21,9 +21,11 @@ def build_airframe_only(scenario: Scenario | None = None) -> Diagram:
                            +---------------+
     ```
     """
-    scenario = feasible.check(scenario or Scenario())
+    scenario = (scenario or Scenario()).validate()
+    courses = Courses.of(scenario)
+    feasible.check(scenario, courses)
     builder = DiagramBuilder()
-    start = uav_path(scenario.mission).position(np.array(0.0))
+    start = courses.uav.position(np.array(0.0))
     airframe = add_airframe(builder, scenario.airframe, start.tolist(), scenario.disturbance)
     builder.ExportInput(airframe.GetInputPort("rotor_speed_squared"), "rotor_speed_squared")
     export_outputs(builder, airframe)

@@ -4,14 +4,22 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.systems.framework import System
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
-from a2s_drake.common.wiring import WiringError, check_ports, class_name
+from a2s_drake.common.wiring import (
+    WiringError,
+    build_wired,
+    check_ports,
+    class_name,
+    mark_own_blocks,
+    mark_track_files,
+    output_ports,
+)
 from a2s_drake.control.controller import MpcController, feedforward_ports
 from a2s_drake.flight import feasible
 from a2s_drake.guidance.courses import Courses
 from a2s_drake.guidance.laws import build_law, find_law
-from a2s_drake.guidance.path import UavPath, uav_path
+from a2s_drake.guidance.path import UavPath
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.link.two_ray import TwoRayChannel
 from a2s_drake.navigation.sensors import NavigationSensor
@@ -20,8 +28,10 @@ from a2s_drake.scenario.checks import ScenarioError, refuse
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.scenario.track_file import read_files
 from a2s_drake.vehicle.airframe import make_airframe
-from a2s_drake.world.ship import ShipTrajectory, ship_track
+from a2s_drake.world.ship import ShipTrajectory
 from a2s_drake.world.ship_motion import ShipMotion
+
+from .roles import NAMES, moved_position, roles
 
 Factory = Callable[[Scenario], System]
 """Makes a block for a scenario, a new one at each call."""
@@ -70,59 +80,12 @@ class Blocks:
     airframe: Factory | None = None
 
 
-NAMES = {
-    "path": "uav_path",
-    "ship": "ship",
-    "ship_motion": "ship_motion",
-    "channel": "channel",
-    "navigation": "navigation_sensor",
-    "ship_report": "ship_report",
-    "receiver": "snr_receiver",
-    "observer": "observer",
-    "law": "attitude_reference",
-    "controller": "mpc",
-    "airframe": "airframe",
-}
-"""What the block of each role is called in a drawing."""
-
-# The outputs that a block of each role must have, and those that it may have; PREVIEW and INPUTS grow with the horizon.
-_PREVIEW, _INPUTS = -1, -2
-_MUST = {
-    "path": {"position_reference": 3, "position_preview": _PREVIEW},
-    "ship": {"ship_position": 3},
-    "ship_motion": {"ship_antenna_position": 3},
-    "channel": dict.fromkeys(("channel_gain", "snr_db", "spectral_efficiency", "phase_difference"), 1),
-    "navigation": {"measured_state": 12},
-    "ship_report": {"ship_preview": _PREVIEW},
-    "receiver": {"snr_measurement": 2},
-    "observer": {},
-    "law": {"attitude_reference": 3, "attitude_preview": _PREVIEW},
-    "controller": {"rotor_speed_squared": 6},
-    "airframe": {"vehicle_state": 12},
-}
-_MAY: dict[str, dict[str, int]] = {
-    "ship": {"ship_preview": _PREVIEW},
-    "channel": {"reflection": 2},
-    "observer": {
-        "measured_state": 12,
-        "ship_preview": _PREVIEW,
-        "snr_measurement": 2,
-        "phasor": 3,
-        "phasor_covariance": 9,
-        "force_estimate": 3,
-    },
-    # A law that has one of a row has them all.
-    "law": {
-        "position_command": 3,
-        "position_command_preview": _PREVIEW,
-        "velocity_preview": _PREVIEW,
-        "angular_velocity_preview": _PREVIEW,
-        "rotor_speed_squared_preview": _INPUTS,
-    },
-}
-# Names that no block of another role may use for an output.
-_TAKEN = {name for table in (_MUST, _MAY) for outputs in table.values() for name in outputs}
-_TAKEN |= {"predicted_state", "solver_status", "body_poses"}
+def _has_all(law: System, ports: Mapping[str, int]) -> bool:
+    """Whether a law has some outputs. A law that has one of them must have them all, or WiringError is raised."""
+    if not any(map(law.HasOutputPort, ports)):
+        return False
+    check_ports(NAMES["law"], law, {}, ports)
+    return True
 
 
 class Maker:
@@ -135,10 +98,12 @@ class Maker:
           ScenarioError: when the plan is none for this scenario, or nobody would fly it; or a range is left.
         """
         self._scenario, self._blocks, self._plan = scenario.validate(), blocks, plan
-        self.own: dict[str, str] = {}
+        self._roles = roles(scenario.mpc)
+        self._own: dict[str, str] = {}
+        self._files = read_files(scenario.mission)
         self.own_outputs: dict[str, str] = {}
-        self.files = read_files(scenario.mission)
         self._check_plan()
+        self._courses = Courses.of(scenario, self._files)
 
     def has(self, role: str) -> bool:
         """Whether the user gives a factory for a role."""
@@ -159,13 +124,12 @@ class Maker:
         blocks = {"path": (path, UavPath), "ship": (ship, ShipTrajectory)}
         unknown = {role for role, (block, kind) in blocks.items() if not isinstance(block, kind)}
         unknown |= {"law"} if self.has("law") else set()
-        courses = Courses.of(self._scenario, self.files)
         courses = Courses.along(
             self._scenario,
-            path.motion if isinstance(path, UavPath) else courses.uav,
-            ship.motion if isinstance(ship, ShipTrajectory) else courses.ship,
-            "the path of Blocks.path" if self.has("path") else courses.uav_name,
-            "the track of Blocks.ship" if self.has("ship") else courses.ship_name,
+            path.motion if isinstance(path, UavPath) else self._courses.uav,
+            ship.motion if isinstance(ship, ShipTrajectory) else self._courses.ship,
+            "the path of Blocks.path" if self.has("path") else self._courses.uav_name,
+            "the track of Blocks.ship" if self.has("ship") else self._courses.ship_name,
         )
         feasible.check(self._scenario, courses, unknown=unknown)
 
@@ -178,17 +142,17 @@ class Maker:
         return self._make_own(role) if self.has(role) else self._make_ours(role)
 
     def _make_ours(self, role: str) -> System:
-        scenario, mission, mpc = self._scenario, self._scenario.mission, self._scenario.mpc
+        scenario = self._scenario
         if role == "path":
-            return UavPath(uav_path(mission, self.files.get("path_file")), mpc)
+            return UavPath(self._courses.uav, scenario.mpc)
         if role == "ship":
-            return ShipTrajectory(ship_track(mission, self.files.get("ship_track_file")))
+            return ShipTrajectory(self._courses.ship)
         if role == "ship_motion":
             return ShipMotion(scenario.true_link().ship_antenna_height)
         if role == "channel":
-            return TwoRayChannel(scenario.true_link(), mission.sea_level)
+            return TwoRayChannel(scenario.true_link(), scenario.mission.sea_level)
         if role == "navigation":
-            return NavigationSensor(mpc.period, scenario.disturbance, scenario.knowledge)
+            return NavigationSensor(scenario.mpc.period, scenario.disturbance, scenario.knowledge)
         if role == "law":
             return build_law(scenario, self._plan)
         raise ValueError(f"{role}: there is no block of ours for this role alone")
@@ -200,29 +164,25 @@ class Maker:
         block = own(self._scenario)
         if not isinstance(block, System):
             raise WiringError(f"{name}: Blocks.{role} must make a Drake System, made a {type(block).__name__}")
-        must, may = self._sizes(_MUST[role]), self._sizes(_MAY.get(role, {}))
-        check_ports(name, block, {}, must | {port: size for port, size in may.items() if block.HasOutputPort(port)})
-        outputs = {block.get_output_port(i).get_name() for i in range(block.num_output_ports())}
-        allowed = must | may | dict.fromkeys({"controller": ["predicted_state", "solver_status"]}.get(role, []), 0)
-        allowed |= {"body_poses": 0} if role == "airframe" else {}
-        for port in sorted(outputs - allowed.keys()):
-            if port in _TAKEN:
+        outputs, ports = {port.get_name() for port in output_ports(block)}, self._roles[role]
+        optional = {port: size for port, size in ports.may.items() if port in outputs and size is not None}
+        check_ports(name, block, {}, {**ports.must, **optional})
+        taken = {port for other in self._roles.values() for port in (*other.must, *other.may)}
+        for port in sorted(outputs - ports.must.keys() - ports.may.keys()):
+            if port in taken:
                 raise WiringError(f"{name} ({class_name(block)}): output {port} is a signal of another role")
             if port in self.own_outputs:
                 raise WiringError(f"{name} ({class_name(block)}): {self.own_outputs[port]} has an output {port} too")
             self.own_outputs[port] = name
-        self.own[role] = block.get_name() or class_name(block)
+        self._own[role] = block.get_name() or class_name(block)
         return block
 
     def make_controller(self, law: System) -> System:
         """The controller, which follows the rates and inputs that a law plans beyond the attitude, where it does."""
         if self.has("controller"):
             return self.make("controller")
-        scenario, feeds = self._scenario, feedforward_ports(self._scenario.mpc)
-        fed = scenario.mpc.feedforward and any(map(law.HasOutputPort, feeds))
-        if fed:
-            check_ports(NAMES["law"], law, {}, feeds)
-        return MpcController(scenario.airframe, scenario.mpc, feedforward=fed)
+        airframe, mpc = self._scenario.airframe, self._scenario.mpc
+        return MpcController(airframe, mpc, feedforward=mpc.feedforward and _has_all(law, feedforward_ports(mpc)))
 
     def moved_position(self, law: System) -> dict[str, str]:
         """The signals that a controller follows in place of the path where a law moves the position, by input.
@@ -230,10 +190,8 @@ class Maker:
         Raises:
           WiringError: when a law has one of both outputs only.
         """
-        ports = self._sizes({"position_command": 3, "position_command_preview": _PREVIEW})
-        if not any(map(law.HasOutputPort, ports)):
+        if not _has_all(law, moved_position(self._scenario.mpc)):
             return {}
-        check_ports(NAMES["law"], law, {}, ports)
         return {"position_reference": "position_command", "position_preview": "position_command_preview"}
 
     def make_ship_report(self, ship: System) -> System:
@@ -241,7 +199,7 @@ class Maker:
         if self.has("ship_report"):
             return self.make("ship_report")
         mpc, latency = self._scenario.mpc, self._scenario.knowledge.ship_latency
-        track = ship.motion if isinstance(ship, ShipTrajectory) else ship_track(self._scenario.mission)
+        track = ship.motion if isinstance(ship, ShipTrajectory) else self._courses.ship
         return ShipReport(track.position, mpc.period, mpc.horizon, latency)
 
     def tells_of_itself(self, ship: System) -> bool:
@@ -262,15 +220,21 @@ class Maker:
         if self.has("airframe"):
             return self.make("airframe")
         if path.num_input_ports():
-            start = uav_path(self._scenario.mission, self.files.get("path_file")).position(np.array(0.0))
+            start = self._courses.uav.position(np.array(0.0))
         else:
             start = path.GetOutputPort("position_reference").Eval(path.CreateDefaultContext())
         return make_airframe(self._scenario.airframe, start.tolist(), self._scenario.disturbance)
 
-    def _sizes(self, outputs: Mapping[str, int]) -> dict[str, int]:
-        horizon = self._scenario.mpc.horizon
-        grown = {_PREVIEW: 3 * (horizon + 1), _INPUTS: 6 * horizon}
-        return {name: grown.get(size, size) for name, size in outputs.items()}
+    def build(self, builder: DiagramBuilder, name: str, *, opened_by: str | None = None) -> Diagram:
+        """Builds the drawing, which then carries a note of the user's own blocks and of the track files it was made of.
+
+        Args:
+          opened_by: the name of a function of the user's own that has changed the drawing.
+        """
+        diagram = build_wired(builder, name)
+        mark_own_blocks(diagram, self._own if opened_by is None else self._own | {"prebuild": opened_by})
+        mark_track_files(diagram, self._files)
+        return diagram
 
     def _check_plan(self) -> None:
         scenario, plan = self._scenario, self._plan

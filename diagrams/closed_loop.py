@@ -10,15 +10,16 @@ from a2s_drake.common.wiring import (
     WiringError,
     build_wired,
     connect_fitting,
-    mark_own_blocks,
-    mark_track_files,
+    input_ports,
+    output_ports,
 )
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.scenario import Scenario
 from a2s_drake.vehicle.actuators import InputDelay
 from a2s_drake.vehicle.airframe import hover_input
 
-from .blocks import NAMES, Blocks, Maker
+from .blocks import Blocks, Maker
+from .roles import NAMES
 
 # What a drawing exports, where one of its parts gives it.
 _EXPORTED = (
@@ -79,18 +80,15 @@ def build_closed_loop(
     _connect_by_name(builder, onboard, world)
     exported: set[str] = set()
     for part in (world, sensing, onboard):
-        for port in map(part.get_output_port, range(part.num_output_ports())):
+        for port in output_ports(part):
             name = port.get_name()
             if name not in exported and (name in _EXPORTED or name in maker.own_outputs):
                 builder.ExportOutput(port, name)
                 exported.add(name)
     if prebuild is not None:
         prebuild(builder)
-        maker.own["prebuild"] = getattr(prebuild, "__name__", type(prebuild).__name__)
-    diagram = build_wired(builder, "closed_loop")
-    mark_own_blocks(diagram, maker.own)
-    mark_track_files(diagram, maker.files)
-    return diagram
+    opened_by = None if prebuild is None else getattr(prebuild, "__name__", type(prebuild).__name__)
+    return maker.build(builder, "closed_loop", opened_by=opened_by)
 
 
 def _build_world(scenario: Scenario, maker: Maker, path: System, ship: System) -> Diagram:
@@ -141,7 +139,7 @@ def _build_onboard(maker: Maker, path: System, sensing: Diagram) -> Diagram:
 
 def _connect_by_name(builder: DiagramBuilder, source: Diagram, target: Diagram) -> None:
     """Connects every input of a part to the output of the same name of another."""
-    for port in map(target.get_input_port, range(target.num_input_ports())):
+    for port in input_ports(target):
         if not source.HasOutputPort(port.get_name()):
             raise WiringError(f"{target.get_name()}: input {port.get_name()}: {source.get_name()} does not give it")
         connect_fitting(builder, source.GetOutputPort(port.get_name()), port, target.get_name())

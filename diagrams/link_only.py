@@ -4,11 +4,12 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import Adder, ConstantVectorSource, Multiplexer
 
-from a2s_drake.common.wiring import NamedWiring, build_wired, mark_own_blocks, mark_track_files
+from a2s_drake.common.wiring import NamedWiring
 from a2s_drake.guidance.plan.spline import AttitudeSpline
 from a2s_drake.scenario.scenario import Scenario
 
-from .blocks import NAMES, Blocks, Maker
+from .blocks import Blocks, Maker
+from .roles import NAMES
 
 _EXPORTED = (
     *("vehicle_state", "position_reference", "attitude_reference", "ship_position", "ship_antenna_position"),
@@ -70,7 +71,4 @@ def build_link_only(
     wiring.add(NAMES["channel"], maker.make("channel"))
     wiring.export(outputs={*_EXPORTED, *maker.own_outputs})
     builder.ExportOutput(measured.get_output_port(), "measured_state")
-    diagram = build_wired(builder, "link_only")
-    mark_own_blocks(diagram, maker.own)
-    mark_track_files(diagram, maker.files)
-    return diagram
+    return maker.build(builder, "link_only")

@@ -31,10 +31,7 @@ def check_ports(role: str, block: System, inputs: Mapping[str, int], outputs: Ma
     Raises:
       WiringError: names the role, the block's class, and each port that does not fit: size found, size wanted.
     """
-    ports = (
-        ("input", inputs, map(block.get_input_port, range(block.num_input_ports()))),
-        ("output", outputs, map(block.get_output_port, range(block.num_output_ports()))),
-    )
+    ports = (("input", inputs, input_ports(block)), ("output", outputs, output_ports(block)))
     misfits = [text for kind, wanted, found in ports for text in _misfits(kind, wanted, found)]
     if misfits:
         raise WiringError(f"{role} ({class_name(block)}): {'; '.join(misfits)}")
@@ -57,10 +54,14 @@ def _misfits(kind: str, wanted: Mapping[str, int], ports: Iterable[Any]) -> Iter
             yield f"{kind} {name} has size {found[name].size()}, must have {size}"
 
 
-def _ports(block: System) -> tuple[list[InputPort], list[OutputPort]]:
-    """Inputs and outputs of a block."""
-    inputs = [block.get_input_port(i) for i in range(block.num_input_ports())]
-    return inputs, [block.get_output_port(i) for i in range(block.num_output_ports())]
+def input_ports(block: System) -> list[InputPort]:
+    """The inputs of a block, in order."""
+    return [block.get_input_port(i) for i in range(block.num_input_ports())]
+
+
+def output_ports(block: System) -> list[OutputPort]:
+    """The outputs of a block, in order."""
+    return [block.get_output_port(i) for i in range(block.num_output_ports())]
 
 
 class NamedWiring:
@@ -94,9 +95,8 @@ class NamedWiring:
         what = f"{name} ({class_name(block)})"
         self._builder.AddNamedSystem(name, block)
         takes, gives = inputs or {}, outputs or {}
-        in_ports, out_ports = _ports(block)
         still_open = []
-        for port in in_ports:
+        for port in input_ports(block):
             if _is_optional(port) or self._builder.IsConnectedOrExported(port):
                 continue
             signal = takes.get(port.get_name(), port.get_name())
@@ -105,7 +105,7 @@ class NamedWiring:
             else:
                 still_open.append((signal, port, what))
         # A block's own outputs are no answer to its inputs, but to those that were open before it.
-        new = {gives.get(port.get_name(), port.get_name()): port for port in out_ports}
+        new = {gives.get(port.get_name(), port.get_name()): port for port in output_ports(block)}
         waiting, self._open = self._open, []
         self._outputs |= new
         for signal, port, whose in waiting:
@@ -161,7 +161,7 @@ def connect_fitting(builder: DiagramBuilder, output: OutputPort, port: InputPort
 def export_outputs(builder: DiagramBuilder, *systems: System) -> None:
     """Exports every output port of some systems under the port's own name."""
     for system in systems:
-        for port in map(system.get_output_port, range(system.num_output_ports())):
+        for port in output_ports(system):
             builder.ExportOutput(port, port.get_name())
 
 
@@ -174,7 +174,7 @@ def build_wired(builder: DiagramBuilder, name: str) -> Diagram:
     dangling = [
         f"{system.get_name()}: {port.get_name()}"
         for system in builder.GetSystems()
-        for port in map(system.get_input_port, range(system.num_input_ports()))
+        for port in input_ports(system)
         if not builder.IsConnectedOrExported(port) and not _is_optional(port)
     ]
     if dangling:

@@ -7,6 +7,7 @@ from typing import Any, Literal, NamedTuple
 from pydrake.systems.framework import Diagram_, InputPortIndex, OutputPortIndex, PortDataType
 
 from a2s_drake.common.signals import DRAKE_PORT_UNITS, PORT_UNITS
+from a2s_drake.common.wiring import input_ports, output_ports
 from a2s_drake.views.graph.names import block_names, class_name
 
 Path = tuple[str, ...]
@@ -180,8 +181,7 @@ def connected(whole: Block) -> set[PortId]:
 
 def _read(system: Any, path: Path, name: str, units: Mapping[str, str]) -> Block:
     kind, origin = class_name(system)
-    inputs = [system.get_input_port(i) for i in range(system.num_input_ports())]
-    outputs = [system.get_output_port(i) for i in range(system.num_output_ports())]
+    inputs, outputs = input_ports(system), output_ports(system)
 
     def read_port(port: Any, side: Side) -> Port:
         own = port.get_name()
