@@ -16,7 +16,7 @@ from a2s_drake.benchmark.timing import Statistics, Timing, statistics_ms
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.packages import is_installed
 from a2s_drake.flight.log import Flight
-from a2s_drake.flight.metrics import compute_metrics
+from a2s_drake.flight.metrics import measure
 from a2s_drake.scenario.parts import Airframe
 
 
@@ -151,15 +151,15 @@ def peak_memory_mib() -> float:
 
 
 def _flight_numbers(flight: Flight) -> FlightNumbers:
-    metrics, clock = compute_metrics(flight), flight.wall_clock
+    metrics, clock = measure(flight), flight.wall_clock
     return FlightNumbers(
-        law=flight.law,
+        law=metrics.law,
         solver=flight.scenario.mpc.solver,
         horizon=flight.scenario.mpc.horizon,
         duration_s=float(flight.time[-1]),
-        failures=metrics["solver"]["failures"],
-        wall_s=metrics["wall_s"],
-        real_time_factor=metrics["real_time_factor"],
+        failures=metrics.solver.failures,
+        wall_s=metrics.wall_s,
+        real_time_factor=metrics.real_time_factor,
         controller_ms=statistics_ms(clock.step) if clock is not None else None,
     )
 

@@ -7,7 +7,7 @@ import os
 import secrets
 import stat
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from io import BytesIO
 from pathlib import Path
 
@@ -206,6 +206,11 @@ def check_rows(path: Path, arrays: Mapping[str, Array], widths: Mapping[str, int
             wanted = f"({', '.join(map(str, shape))}{',' * (len(shape) == 1)})" if len(rows) == 1 else "(n,)"
             raise DamagedFileError(f"{path}: {name} is {wrong}, must be float64 of shape {wanted}")
     return {name: arrays[name] for name in widths}
+
+
+def entries_after(prefix: str, arrays: Iterable[str]) -> dict[str, str]:
+    """The names in an archive that begin with a prefix, by the rest of the name."""
+    return {name.removeprefix(prefix): name for name in arrays if name.startswith(prefix)}
 
 
 def read_text_entry(path: Path, arrays: Mapping[str, Array], name: str) -> str:

@@ -23,6 +23,11 @@ def optional(unit: str, columns: Sequence[str]) -> Any:
     return field(default=None, metadata={"unit": unit, "columns": list(columns), "optional": True})
 
 
+def shape_of(rows: int, columns: Sequence[str]) -> tuple[int, ...]:
+    """The shape of an array with some rows and these columns: a single column makes a vector."""
+    return (rows,) if len(columns) == 1 else (rows, len(columns))
+
+
 STATE_UNIT = "m, rad, m/s, rad/s"
 
 

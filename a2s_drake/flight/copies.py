@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from a2s_drake.common.arrays import Array
-from a2s_drake.common.files import DamagedFileError, read_arrays, read_bytes, read_text_entry
+from a2s_drake.common.files import DamagedFileError, entries_after, read_arrays, read_bytes, read_text_entry
 from a2s_drake.scenario.checks import ScenarioError
 from a2s_drake.scenario.parts import Mission
 from a2s_drake.scenario.scenario import Scenario
@@ -102,8 +102,8 @@ def _noted(folder: Path) -> dict[str, str]:
     log = folder / "flight.npz"
     try:
         arrays = read_arrays(log)
-        notes = {name.removeprefix(_NOTE): name for name in arrays if name.startswith(_NOTE)}
-        return {name: read_text_entry(log, arrays, entry) for name, entry in notes.items() if _NAME.fullmatch(name)}
+        notes = entries_after(_NOTE, arrays).items()
+        return {name: read_text_entry(log, arrays, entry) for name, entry in notes if _NAME.fullmatch(name)}
     except (OSError, DamagedFileError):
         return {}
 

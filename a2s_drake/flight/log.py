@@ -13,6 +13,7 @@ from a2s_drake.common.arrays import Array, FloatArray
 from a2s_drake.common.files import (
     DamagedFileError,
     check_rows,
+    entries_after,
     read_arrays,
     read_text_entry,
     write_arrays,
@@ -20,7 +21,7 @@ from a2s_drake.common.files import (
 )
 from a2s_drake.common.quoting import quoted
 from a2s_drake.common.signals import Fallback as Fallback
-from a2s_drake.flight.arrays import ANGLES, STATE_UNIT, columns_of, logged, optional, state_columns
+from a2s_drake.flight.arrays import ANGLES, STATE_UNIT, columns_of, logged, optional, shape_of, state_columns
 from a2s_drake.flight.copies import Copies, read_copies
 from a2s_drake.scenario.scenario import Scenario
 
@@ -125,7 +126,7 @@ class Flight:
         rows = len(self.time)
         for name, columns in array_columns().items():
             if getattr(self, name) is None:
-                object.__setattr__(self, name, np.full(_shape(rows, columns), np.nan))
+                object.__setattr__(self, name, np.full(shape_of(rows, columns), np.nan))
 
     @property
     def law(self) -> str:
@@ -236,23 +237,17 @@ class Flight:
             for name, columns in array_columns().items()
             if name in arrays or name not in optional_names()
         }
-        signals = {name.removeprefix(SIGNAL): name for name in arrays if name.startswith(SIGNAL)}
+        signals = entries_after(SIGNAL, arrays)
         table = check_rows(log, arrays, widths | dict.fromkeys(signals.values()))
         time = table["time"]
         if not (np.isfinite(time).all() and (time[:1] == 0.0).all() and (np.diff(time) > 0.0).all()):
             raise DamagedFileError(f"{log}: time must start at 0 and increase")
         own_blocks = {
-            name.removeprefix(OWN_BLOCK): read_text_entry(log, arrays, name)
-            for name in arrays
-            if name.startswith(OWN_BLOCK)
+            role: read_text_entry(log, arrays, name) for role, name in entries_after(OWN_BLOCK, arrays).items()
         }
         own_signals = {name: table.pop(entry) for name, entry in signals.items()}
         files = read_copies(scenario.mission)
         return cls(scenario, **table, signals=own_signals, own_blocks=own_blocks, wall_clock=None, files=files)
-
-
-def _shape(rows: int, columns: list[str]) -> tuple[int, ...]:
-    return (rows,) if len(columns) == 1 else (rows, len(columns))
 
 
 def _logged_fields() -> list[Field[Any]]:

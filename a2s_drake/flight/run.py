@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context, Diagram, OutputPort
 from a2s_drake.common.arrays import FloatArray
 from a2s_drake.common.signals import SolverStatus, State
 from a2s_drake.common.wiring import check_ports, own_blocks, track_files
+from a2s_drake.flight.arrays import shape_of
 from a2s_drake.flight.divergence import DivergenceMonitor
 from a2s_drake.flight.log import Flight, FlightEnded, FlightInterrupted, Sample, WallClock, array_columns
 from a2s_drake.flight.signals import Signals, printable
@@ -197,5 +198,5 @@ def _read_input(diagram: Diagram, context: Context, exported: Collection[str]) -
 
 def _arrays(rows: list[dict[str, Any]]) -> dict[str, FloatArray]:
     # Without a row NumPy could not tell how wide they are.
-    shapes = {name: (len(rows), len(names))[: min(len(names), 2)] for name, names in array_columns().items()}
+    shapes = {name: shape_of(len(rows), columns) for name, columns in array_columns().items()}
     return {name: np.array([row[name] for row in rows], float).reshape(shape) for name, shape in shapes.items()}
