@@ -12,10 +12,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from a2s_drake import Scenario, compute_metrics, run_flight
-from a2s_drake.flight import feasible
-from diagrams import build_closed_loop
 from scripts.example_figures import laws_figure
+from scripts.example_flights import fly_both, tell
 from scripts.examples.shared import run, run_example
 
 
@@ -29,17 +27,11 @@ def write_figure_eight(file: Path, duration: float) -> None:
 
 def show(duration: float) -> Figure:
     """Flies the figure eight under both laws; prints what they transmit and how far they stray."""
-    flights = {}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "figure_eight.csv"
         write_figure_eight(file, duration)
-        for name, law in (("level", "level"), ("the paper's law", "three_axis")):
-            own = [f"mission.path_file={file}", f"mission.duration={duration}", f"attitude_law.name={law}"]
-            scenario = feasible.check(Scenario().with_overrides(own))
-            flights[name] = run_flight(build_closed_loop(scenario), scenario)
-    for name, flight in flights.items():
-        got = compute_metrics(flight)
-        print(f"{name}: {got['throughput_bit_per_hz']:.3f} bit/Hz, {got['position_error_max_m']:.3f} m astray at most")
+        flights = fly_both(f"mission.path_file={file}", f"mission.duration={duration}")
+    tell(flights)
     return laws_figure(flights)
 
 

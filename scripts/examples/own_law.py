@@ -9,11 +9,12 @@ import numpy as np
 from matplotlib.figure import Figure
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
-from a2s_drake import Scenario, compute_metrics, run_flight
+from a2s_drake import Scenario, run_flight
 from a2s_drake.link.two_ray import antenna_position, channel_gain, path_lengths
 from a2s_drake.study.ceiling import is_hoverable
 from diagrams import Blocks, build_closed_loop
 from scripts.example_figures import laws_figure
+from scripts.example_flights import tell
 from scripts.examples.shared import run, run_example
 
 
@@ -45,9 +46,7 @@ def show(duration: float) -> Figure:
     level = paper.with_value("attitude_law.name", "level")
     laws = {"level": (level, None), "the paper's law": (paper, None), "own law": (paper, Blocks(law=BestHoverable))}
     flown = {name: run_flight(build_closed_loop(one, blocks=law), one) for name, (one, law) in laws.items()}
-    for name, flight in flown.items():
-        got = compute_metrics(flight)
-        print(f"{name}: {got['throughput_bit_per_hz']:.3f} bit/Hz, {got['position_error_max_m']:.3f} m astray at most")
+    tell(flown)
     return laws_figure(flown)
 
 

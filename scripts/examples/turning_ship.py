@@ -12,10 +12,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from a2s_drake import Scenario, compute_metrics, run_flight
-from a2s_drake.flight import feasible
-from diagrams import build_closed_loop
 from scripts.example_figures import laws_figure
+from scripts.example_flights import fly_both, tell
 from scripts.examples.shared import run, run_example
 
 
@@ -31,17 +29,11 @@ def write_turn(file: Path, speed: float, radius: float) -> None:
 
 def show(duration: float, speed: float) -> Figure:
     """Flies both laws; prints what they transmit, how far they stray, and where the ship heads."""
-    flights = {}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "turn.csv"
         write_turn(file, speed, radius=10.0)
-        for name, law in (("level", "level"), ("the paper's law", "three_axis")):
-            own = [f"mission.ship_track_file={file}", f"simulation.duration={duration}", f"attitude_law.name={law}"]
-            scenario = feasible.check(Scenario().with_overrides(own))
-            flights[name] = run_flight(build_closed_loop(scenario), scenario)
-    for name, flight in flights.items():
-        got = compute_metrics(flight)
-        print(f"{name}: {got['throughput_bit_per_hz']:.3f} bit/Hz, {got['position_error_max_m']:.3f} m astray at most")
+        flights = fly_both(f"mission.ship_track_file={file}", f"simulation.duration={duration}")
+    tell(flights)
     steps = np.diff(flights["level"].ship_position, axis=0)
     first, last = np.rad2deg(np.arctan2(steps[[0, -1], 1], steps[[0, -1], 0])).round() % 360.0
     print(f"ship: heads for {first:.0f} deg at first and for {last:.0f} deg at last")

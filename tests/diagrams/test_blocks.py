@@ -21,13 +21,6 @@ from a2s_drake.common.wiring import find_block, own_blocks
 from diagrams import Blocks, build_closed_loop, build_link_only, load_scenario
 from tests.support.blocks import Block, level
 
-SHORT = ["simulation.duration=0.1"]
-
-
-@pytest.fixture
-def short(scenario: Scenario) -> Scenario:
-    return scenario.with_overrides(SHORT)
-
 
 def test_a_drawing_of_ours_has_no_block_of_the_users(short: Scenario) -> None:
     assert own_blocks(build_closed_loop(short)) == {}

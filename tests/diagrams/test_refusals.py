@@ -18,14 +18,6 @@ from a2s_drake.guidance.plan.spline import AttitudeSpline
 from diagrams import Blocks, build_closed_loop, build_link_only
 from tests.support.blocks import Block, level, resting_at
 
-SHORT = ["simulation.duration=0.1"]
-
-
-@pytest.fixture
-def short(scenario: Scenario) -> Scenario:
-    return scenario.with_overrides(SHORT)
-
-
 ROLES = {
     "path": ("uav_path", "position_reference, which must have size 3"),
     "ship": ("ship", "ship_position"),
