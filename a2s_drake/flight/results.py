@@ -1,7 +1,7 @@
 """Results: the metrics of a flight as values with names, units and types, and as the dictionary of metrics.json."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 Limit = float | tuple[float, ...]
@@ -162,23 +162,13 @@ class Metrics:
 
     def as_json(self) -> dict[str, Any]:
         """The content of metrics.json, but with NaN and infinity where numbers are not finite."""
-        return {
-            "law": self.law,
-            "own_blocks": dict(self.own_blocks),
-            "rebuilds_from_scenario": self.rebuilds_from_scenario,
-            "samples": self.samples,
-            "complete": self.complete,
-            "throughput_bit_per_hz": self.throughput_bit_per_hz,
-            "outage": {f"{threshold:g}": share for threshold, share in self.outage.items()},
-            "fades": {f"{threshold:g}": fades.as_json() for threshold, fades in self.fades.items()},
-            "position_error_max_m": self.position_error_max_m,
-            "position_error_rms_m": self.position_error_rms_m,
-            "tracking_error_max_m": self.tracking_error_max_m,
-            "tracking_error_rms_m": self.tracking_error_rms_m,
-            "attitude_error_rms_deg": list(self.attitude_error_rms_deg),
-            "bounds": {name: use.as_json() for name, use in self.bounds.items()},
-            "solver": self.solver.as_json(),
-            "wall_s": self.wall_s,
-            "real_time_factor": self.real_time_factor,
-            "versions": dict(self.versions),
-        }
+        return {entry.name: _plain(getattr(self, entry.name)) for entry in fields(self)}
+
+
+def _plain(value: Any) -> Any:
+    """A field of `Metrics` as JSON can hold it; a threshold as a key becomes a short text."""
+    if isinstance(value, Fades | BoundUse | SolverSummary):
+        return value.as_json()
+    if isinstance(value, Mapping):
+        return {key if isinstance(key, str) else f"{key:g}": _plain(entry) for key, entry in value.items()}
+    return list(value) if isinstance(value, tuple) else value
